@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "kernels/options.h" /* the numbers that options have for passes on a GPU, too */
+#include "moit_technique.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -117,13 +117,6 @@ moit_status moit_depth_order(const moit_fragments *fragments, int64_t *order, co
 int64_t moit_group_by_pixel(const int64_t *pixel, int64_t count, int64_t pixels, int64_t *offsets,
                             int64_t *order);
 
-/* How depth becomes z. */
-typedef enum moit_warp {
-    MOIT_WARP_LOG = WARP_LOG,
-    MOIT_WARP_LINEAR = WARP_LINEAR,
-    MOIT_WARP_NONE = WARP_NONE,
-} moit_warp;
-
 /* -- Deep images ------------------------------------------------------------------------------
  * A fragment whose back is behind its depth is a volume, else a surface. */
 
@@ -188,196 +181,6 @@ moit_status moit_thin(const moit_fragments *fragments, const moit_thinning *how,
 
 /* ---- Techniques ------------------------------------------------------------------------------ */
 
-typedef enum moit_kind {
-    MOIT_SORTED,                /* front to back, exact; equal depths in arrival order */
-    MOIT_ALPHA_BLEND,           /* over, in arrival order */
-    MOIT_WEIGHTED_SUM,          /* Meshkin 2007 */
-    MOIT_WEIGHTED_AVERAGE,      /* Bavoil and Myers 2008 */
-    MOIT_WEIGHTED_BLENDED,      /* McGuire and Bavoil 2013 */
-    MOIT_POWER_MOMENTS,         /* Muenstermann et al. 2018 */
-    MOIT_TRIGONOMETRIC_MOMENTS, /* the same */
-    MOIT_FOURIER_OPACITY,       /* Jansen and Bavoil 2010 */
-    MOIT_FUNCTION_MAP,          /* Delalandre et al. 2011 */
-    MOIT_DEEP_SHADOW_MAP,       /* Lokovic and Veach 2000 */
-    MOIT_HAAR_WAVELETS,         /* Aizenshtein, Smal and McGuire 2022 */
-    MOIT_STOCHASTIC,            /* Enderton et al. 2011 */
-    MOIT_HASHED_ALPHA,          /* Wyman and McGuire 2017 */
-    /* Sharpe 2018; it scales alpha by max_alpha, not clamps it */
-    MOIT_MOMENT_TRANSPARENCY,
-    MOIT_DEPTH_PEELING,  /* Everitt 2001 */
-    MOIT_ADAPTIVE,       /* Salvi et al. 2011 */
-    MOIT_MLAB,           /* Salvi and Vaidyanathan 2014 */
-    MOIT_KBUFFER,        /* Bavoil et al. 2007 */
-    MOIT_HYBRID,         /* Maule et al. 2013 */
-    MOIT_NEURAL_MOMENTS, /* Tsopouridis et al. 2024 */
-    MOIT_DEEP_FRAGMENTS, /* as the same describe DFA */
-    MOIT_BOUNDED_NEURAL, /* ours: a network decides between the bounds of power moments */
-    MOIT_AVBOIT,         /* Drobot 2025 */
-    MOIT_SLICES,         /* ours: slices of optical depth, as whole numbers */
-    MOIT_ANCHORS,        /* ours: those that matter most occlude exactly, cells hold the rest */
-    MOIT_STRONG,         /* ours: the same, but that moments and a network hold the rest */
-    MOIT_FRONT,          /* ours: the nearest exactly, moments of the rest */
-    MOIT_KIND_COUNT,
-} moit_kind;
-
-/* Equations: csrc/kernels/weights.h. */
-typedef enum moit_weight {
-    MOIT_WEIGHT_BLOG = WEIGHT_BLOG,
-    MOIT_WEIGHT_EQ7 = WEIGHT_EQ7,
-    MOIT_WEIGHT_EQ8 = WEIGHT_EQ8,
-    MOIT_WEIGHT_EQ9 = WEIGHT_EQ9,
-    MOIT_WEIGHT_EQ10 = WEIGHT_EQ10,
-    MOIT_WEIGHT_PHENOMENOLOGICAL = WEIGHT_PHENOMENOLOGICAL,
-    MOIT_WEIGHT_GIVEN = WEIGHT_GIVEN, /* `weights` of the options */
-} moit_weight;
-
-/* What Moment Transparency reads its moments from. */
-typedef enum moit_storage {
-    MOIT_STORAGE_FLOAT = STORAGE_FLOAT32, /* as gathered */
-    MOIT_STORAGE_NONLINEAR =
-        STORAGE_NLQM, /* nodes, weight and offset of 16 bits; the total a half */
-    MOIT_STORAGE_UNORM16 = STORAGE_UNORM16, /* moments of 16 bits; the total a half */
-} moit_storage;
-
-/* A quarter of the circle: beyond, MBOIT eq. 6 would need its other branches. */
-#define MOIT_MOST_WRAPPING_ZONE 1.5707963267948966
-
-/* ---- Options, as kinds share them */
-
-typedef struct moit_weighted_options {
-    moit_weight weight;
-    double depth_scale;  /* scene units of the weight per unit of depth */
-    int bits;            /* 16: the published targets; 32: numbers */
-    const void *weights; /* (N), for MOIT_WEIGHT_GIVEN */
-} moit_weighted_options;
-
-/* What all that store moments share. */
-typedef struct moit_moment_options {
-    double bias;           /* share of a safe distribution mixed in; moit_default_bias */
-    double overestimation; /* beta in [0, 1] */
-    bool exclude_self;     /* a fragment does not occlude itself */
-    int bits;              /* 16: words; 32: numbers of the precision */
-    bool b0_is_half;       /* with 16 bits; else their b0 is a float */
-    bool halves; /* power moments: half floats, to which blending adds terms; bits is 32 then */
-    double wrapping_zone; /* theta of MBOIT 5.2, radians in [0, MOIT_MOST_WRAPPING_ZONE] */
-} moit_moment_options;
-
-typedef struct moit_transparency_options {
-    moit_moment_options moments;
-    int passes;           /* 1 or 2 */
-    moit_storage storage; /* nonlinear: with resolution 1 only */
-    bool average;         /* moments of a block are the mean of its pixels', not the middle one's */
-    bool symmetric;       /* depth is warped to [-1, 1], not to [0, 1] */
-} moit_transparency_options;
-
-/* A network: layer by layer, output by output the weights of its inputs, then its bias;
- * moit_network_weights numbers. */
-typedef struct moit_bounded_options {
-    moit_moment_options moments;
-    const float *network;
-} moit_bounded_options;
-
-/* The nearest `count` fragments, and of what reads the tail the options, as its kind has them. */
-typedef struct moit_front_options {
-    moit_moment_options moments;
-    const float *network;
-    moit_kind tail;
-    int moment_count;
-    bool small_keys; /* a key has 32 bits: depth and alpha are rounded, in moments, too; then not
-                        with range_per_pixel */
-} moit_front_options;
-
-typedef struct moit_neural_options {
-    const float *network;
-    bool range_in_words; /* moments are of each pixel's own range of z, held in 16 bits an end */
-} moit_neural_options;
-
-typedef struct moit_series_options {
-    int bits;          /* 16: half floats; 32: numbers of the precision */
-    bool exclude_self; /* a fragment does not occlude itself */
-    bool density;      /* wavelets of the absorbance at a depth, not in front of it */
-} moit_series_options;
-
-/* What has a table of its own of where slices stand. */
-typedef enum moit_slice_table_of {
-    MOIT_TABLE_IMAGE = TABLE_IMAGE,
-    MOIT_TABLE_TILE = TABLE_TILE,   /* squares of pixels */
-    MOIT_TABLE_PIXEL = TABLE_PIXEL, /* a pixel, or the block of those that share slices */
-} moit_slice_table_of;
-
-typedef struct moit_slice_options {
-    int bits;        /* of a slice, from 2 to 16 */
-    bool half_total; /* with full_total, that is kept as a half float */
-    bool byte_total; /* with full_total, that is kept in a byte beside the block's */
-    moit_slice_table_of table;
-    int tile;     /* a side in pixels of MOIT_TABLE_TILE's squares, a multiple of the resolution */
-    int cells;    /* of depth, that slices stand at the borders of: from 64 to 8192, a power of 2 */
-    bool inside;  /* transmittance is kept within what four power moments prove */
-    double bias;  /* MOIT_AVBOIT: slices that fragments read nearer than they are */
-    bool average; /* MOIT_AVBOIT: blocks have the mean of their pixels, not the middle one's */
-    bool cubic;   /* MOIT_AVBOIT: what is read is a cubic B-spline's, not the line between two */
-} moit_slice_options;
-
-typedef struct moit_layer_options {
-    bool quantized;   /* layers are held in 16 bits a number */
-    bool by_energy;   /* the two merge that do least for the picture, not as published */
-    double min_alpha; /* in [0, 1]: fragments of lesser alpha are no layers */
-    /* MOIT_MLAB, of two layers at least: the foremost is of what lies in front of the first with
-     * front_alpha; the others of what does not, up to the first with back_alpha; the rest is
-     * dropped. */
-    bool buckets;
-    double front_alpha, back_alpha; /* in [0, 1] */
-} moit_layer_options;
-
-typedef struct moit_sampling_options {
-    uint32_t seed;   /* of what is random */
-    bool stratified; /* a fragment covers alpha of the samples, not each with chance alpha */
-} moit_sampling_options;
-
-typedef struct moit_anchor_options {
-    int cells;       /* 1 to MOST_CELLS, of a pixel's extent, beside those that the kept ones cut */
-    double gamma;    /* importance is alpha exp(-gamma u), u warped depth */
-    bool large_keys; /* a key has 64 bits, 24 of them of depth, instead of 32 and 16 */
-} moit_anchor_options;
-
-typedef struct moit_strong_options {
-    double gamma;         /* as of anchors */
-    bool large_keys;      /* likewise */
-    const float *network; /* as of bounded neural transmittance with six moments */
-} moit_strong_options;
-
-/* A technique: its kind, what questions ask of any kind (0 where it has no use for it), and the
- * options of the kind. */
-typedef struct moit_technique {
-    moit_kind kind;
-    int count;        /* moments (2, 4, 6, 8; trigonometric 2, 3, 4), layers, nodes, samples .. */
-    bool normalize;   /* scale colours so that weights sum to what is covered (MBOIT eq. 2) */
-    double max_alpha; /* in (0, 1): larger alpha is taken for this in logarithms */
-    moit_warp warp;
-    bool range_per_pixel; /* warp each pixel's own range of depth, not the image's */
-    int resolution;       /* a side in pixels of the blocks that have states of their own; 0 and 1:
-                             pixels have; else not with range_per_pixel, nor moments of 16 bits */
-    bool full_total;      /* with blocks each pixel has its own total absorbance beside */
-    bool depth_aware; /* with blocks those count whose opaque surfaces are as far as the pixel's;
-                             their depths are positive */
-    union {
-        moit_weighted_options weighted;         /* MOIT_WEIGHTED_BLENDED */
-        moit_moment_options moments;            /* whatever stores moments */
-        moit_transparency_options transparency; /* MOIT_MOMENT_TRANSPARENCY */
-        moit_bounded_options bounded;           /* MOIT_BOUNDED_NEURAL */
-        moit_front_options front;               /* MOIT_FRONT */
-        moit_neural_options neural;     /* MOIT_NEURAL_MOMENTS; MOIT_DEEP_FRAGMENTS: its network */
-        moit_series_options series;     /* MOIT_FOURIER_OPACITY, _FUNCTION_MAP, _HAAR_WAVELETS */
-        moit_slice_options slices;      /* MOIT_AVBOIT, MOIT_SLICES */
-        moit_layer_options layers;      /* MOIT_ADAPTIVE, MOIT_MLAB */
-        moit_sampling_options sampling; /* MOIT_STOCHASTIC, MOIT_HASHED_ALPHA */
-        moit_anchor_options anchors;    /* MOIT_ANCHORS */
-        moit_strong_options strong;     /* MOIT_STRONG */
-        double tolerance;  /* MOIT_DEEP_SHADOW_MAP: how far a curve may lie from the exact one */
-        double core_alpha; /* MOIT_HYBRID: what has less alpha is never of the foremost */
-    };
-} moit_technique;
-
 /* The kind's name without options: "sorted", "power". */
 const char *moit_kind_name(moit_kind kind);
 /* Counts that a kind is used with, ended by 0; {0} where it has none. */
@@ -420,6 +223,7 @@ typedef enum moit_thick {
 } moit_thick;
 
 typedef struct moit_technique_facts {
+    bool proves_bounds;      /* moit_bounds says more than that it lies between the total and 1 */
     bool has_curve;          /* a transmittance at every depth, not only at fragments */
     bool is_random;          /* answers hang on a seed, and are right on the mean over seeds only */
     bool takes_transmission; /* fragments may have it */

@@ -248,7 +248,8 @@ alpha = alpha - rate * d.alpha
   nodes, and its slope at all but the one at z, gives the derivatives all the same.
 - `transmittance` takes depths, for curves. `moments_transmittance` and `moments_bounds` are of
   moments by themselves, and `moit.gradients.moment_bounds` has them as users of diffmoments call
-  them: {rivals}. A ray's rule is made once, and slopes are made with the answer; up to 4
+  them: {rivals}.
+  A ray's rule is made once, and slopes are made with the answer; up to 4
   moments of floats, with a bias of 1e-6 at least, all of it by one loop. With little bias both say
   the same; moit mixes another safe distribution in. Of a thousand rays, Python takes longer than
   the loop.
@@ -258,8 +259,7 @@ alpha = alpha - rate * d.alpha
   these would lose all digits where fragments lie close together.
 - Memory is some two megabytes a thread beside the results, whatever the picture's size. Bits
   are the same for any number of threads and any instruction set. All but the results is double, so
-  float32 fragments lose nothing but in the last rounding; of 2 and 4 moments
-  see below.
+  float32 fragments lose nothing but in the last rounding; of 2 and 4 moments see below.
 - At kinks derivatives are finite and of one side; the docstring says which.
 - What of moments takes a search is found once, for the transmittance and for the way back.
 - Pictures and transmittances of 2 and 4 power moments in float32 (bias 1e-8 at least, no coloured
@@ -267,10 +267,10 @@ alpha = alpha - rate * d.alpha
   sums are double. Where fragments are few or close, what is read at a depth and what the moments
   move with it take each other away, and floats keep too few digits of what is left: such pixels
   are found, and go back in double each by itself. With 16 fragments a pixel, forward and backward
-  take 3.3 times as long as forward, where 3.5 was asked. With 4 on average, geometrically
-  distributed, it is 4.9: a pixel with a fragment or two has a picture for next to nothing, and a
-  third of the pixels go back in double (without that 3.9, and 2e-4 off in place of 8e-6). Of 6 and
-  8 moments floats would be off by 5e-3 where surfaces are close: these go back in double.
+  take 3.4 times as long as forward, where 3.5 was asked. With 4 on average, geometrically
+  distributed, it is 5: a pixel with one fragment has a picture for next to nothing, and many with
+  two or three go back in double (without that 3.9, and up to 2e-4 off in place of 1e-5). Of 6 and
+  8 moments floats were off by up to 2e-2 where surfaces are close: these go back in double.
 """
 
 LIMITS = """\

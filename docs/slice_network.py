@@ -1,12 +1,12 @@
 """What a network makes of slices: `python docs/slice_network.py` prints the numbers of
 docs/frontier.md, "A network that reads slices". Some two minutes.
 
-Slices stand at equal steps of a pixel's own range of depth, as `moit.Slices` has them with
-depth_range="pixel". What is in slices before that at a fragment's front is in front of it for sure;
-of what the two slices around it have besides, some may be. `moit.Slices` counts as much as a medium
-would that is even between slices; here a network of two layers of eight says how much, as bounded
-networks do of moments. It is trained on rays of moit.neural.data, and judged on a draw of the kind
-"check", rays and scenes.
+Slices stand at equal steps of a pixel's own range of depth, whose ends are words of 16 bits of the
+image's range, rounded outwards. What is in slices before that at a fragment's front is in front of
+it for sure; of what the two slices around it have besides, some may be. `moit.Slices` counts as
+much as a medium would that is even between slices; here a network of two layers of eight says how
+much, as bounded networks do of moments. One network reads slices of all counts and bits. It is
+trained on rays of moit.neural.data, and judged on a draw of the kind "check", rays and scenes.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import moit
+from moit.catalog.slices import codes_of
 from moit.judging.draws import SCENES, SETS, Draw, draw_named
 from moit.metrics import flip
 from moit.neural import data
@@ -31,9 +32,11 @@ from moit.neural.losses import LOSSES, Truth
 
 Array = NDArray[Any]
 
-MOST = 5.5412635451584258  # optical depth of a slice of 8 bits
-STEP = MOST / 255
-FRAGMENTS, EPOCHS, BATCH, RATE, STARTS = 25_000, 40, 2048, 2e-2, 2
+WORDS = 65535  # steps of the image's range that a pixel's own begins and ends at
+# How many slices, of so many bits: what a network learns of, and what is judged.
+LEARNT = ((4, 8), (5, 6), (6, 5), (6, 6), (7, 4), (8, 8), (12, 8), (16, 8), (32, 8))
+JUDGED = ("4x8", "5x6", "6x5", "8x8", "12x8", "16x8", "32x8")
+FRAGMENTS, EPOCHS, BATCH, RATE, STARTS = 10_000, 60, 2048, 2e-2, 1
 TRAINING_SEED, CHECK_SEED = 77, 71
 RAYS, SIZE = 1500, (160, 90)
 
@@ -62,8 +65,10 @@ class Seen:
         return Examples(self.features.astype(np.float32), truth, "absorbance", least, room)
 
 
-def seen_by_slices(f: moit.Fragments, count: int) -> Seen:
-    """Of `count` slices of 8 bits, one at each end of a pixel's range and the rest between."""
+def seen_by_slices(f: moit.Fragments, count: int, bits: int) -> Seen:
+    """Of `count` slices of so many bits, one at each end of a pixel's range, the rest between."""
+    largest, most = codes_of(bits)
+    step = most / largest
     near, far = np.log(f.depth_range)
     counts = f.counts.ravel()
     pixel = np.repeat(np.arange(len(counts)), counts)
@@ -77,24 +82,26 @@ def seen_by_slices(f: moit.Fragments, count: int) -> Seen:
     front = np.cumsum(absorbed) - absorbed
 
     first, last = np.minimum.reduceat(place, starts), np.maximum.reduceat(place, starts)
-    x = (place - first[pixel]) / np.maximum(last - first, 1e-6)[pixel] * (count - 1)
+    first = np.floor(first * WORDS) / WORDS
+    last = np.maximum(np.ceil(last * WORDS) / WORDS, first + 1 / WORDS)
+    x = (place - first[pixel]) / (last - first)[pixel] * (count - 1)
     cell = np.minimum(x.astype(int), count - 2)
     inside = x - cell
     rounding = np.random.default_rng(0).random(len(x))  # fractions of steps count on the mean
-    code = np.floor(np.minimum(absorbed, MOST) / STEP + rounding)
+    code = np.floor(np.minimum(absorbed, most) / step + rounding)
     at_front = np.rint(code * (1 - inside))
     slices = np.zeros((len(counts), count + 3))  # one before the first, two behind the last
-    np.add.at(slices, (pixel, cell + 1), at_front * STEP)
-    np.add.at(slices, (pixel, cell + 2), (code - at_front) * STEP)
-    slices = np.minimum(slices, MOST)
+    np.add.at(slices, (pixel, cell + 1), at_front * step)
+    np.add.at(slices, (pixel, cell + 2), (code - at_front) * step)
+    slices = np.minimum(slices, most)
     sums = np.cumsum(slices, axis=1)
 
     total = np.maximum(sums[:, -1], 1e-9)[pixel]
     before, here, next_, behind = (slices[pixel, cell + k] for k in range(4))
-    own, least = code * STEP, sums[pixel, cell]
+    own, least = code * step, sums[pixel, cell]
     room = np.maximum(here + next_ - own, 0)
     middle = least + here / 2 + inside * (here + next_) / 2
-    middle = np.maximum(middle - (at_front * STEP + inside * own) / 2, 0)
+    middle = np.maximum(middle - (at_front * step + inside * own) / 2, 0)
     columns = (
         least / total,
         room / total,
@@ -135,6 +142,7 @@ class Learnt:
     """Slices, so many, and the network that reads them; network None: as they are."""
 
     count: int
+    bits: int
     network: Perceptron | None
     mean: Array
     scale: Array
@@ -148,19 +156,22 @@ class Learnt:
     def __call__(self, f: moit.Fragments) -> Array:
         found = np.empty(len(f))
         if len(f):
-            seen = seen_by_slices(f, self.count)
+            seen = seen_by_slices(f, self.count, self.bits)
             found[seen.order] = self.transmittance(seen)
         return found
 
 
-def learnt(count: int) -> Learnt:
+def learnt() -> Learnt:
+    """The network, of no slices yet."""
     parts = []
     for name in data.SETS:
-        seen = seen_by_slices(data.drawn(name, FRAGMENTS, TRAINING_SEED), count)
-        plain = seen.plain.astype(np.float32)
-        # each set counts by how much slices err on it as they are
-        error = LOSSES["picture"](plain, seen.examples().truth)[0]
-        parts.append(seen.examples(1 / max(error, 1e-9)))
+        drawn = data.drawn(name, FRAGMENTS, TRAINING_SEED)
+        for count, bits in LEARNT:
+            seen = seen_by_slices(drawn, count, bits)
+            plain = seen.plain.astype(np.float32)
+            # each set counts by how much slices err on it as they are
+            error = LOSSES["picture"](plain, seen.examples().truth)[0]
+            parts.append(seen.examples(1 / max(error, 1e-9)))
     examples = joined(parts)
     mean, scale = examples.features.mean(axis=0), examples.features.std(axis=0) + 1e-6
     examples = examples.standardised(mean, scale)
@@ -171,14 +182,14 @@ def learnt(count: int) -> Learnt:
         if best is None or state.losses[-1][0] < best.losses[-1][0]:
             best = state
     assert best is not None
-    return Learnt(count, best.network, mean, scale)
+    return Learnt(0, 0, best.network, mean, scale)
 
 
 def on_rays(one: Learnt, draw: Draw) -> list[float]:
     """RMSE of colours on each set, as is to be expected of random colours."""
     found = []
     for letter in SETS:
-        seen = seen_by_slices(draw.rays(letter, RAYS).at(), one.count)
+        seen = seen_by_slices(draw.rays(letter, RAYS).at(), one.count, one.bits)
         T = one.transmittance(seen).astype(np.float32)
         found.append(math.sqrt(LOSSES["color"](T, seen.examples().truth)[0]))
     return found
@@ -199,17 +210,20 @@ def on_scenes(techniques: Sequence[Any], draw: Draw) -> Array:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="What a network makes of slices.")
-    parser.add_argument("counts", nargs="*", type=int, default=[8, 12, 16, 32])
+    parser.add_argument("slices", nargs="*", default=JUDGED, help="COUNTxBITS")
+    given, by_network = parser.parse_args().slices, learnt()
     draw, techniques, names = draw_named("check", CHECK_SEED), [], []
-    for count in parser.parse_args().counts:
-        by_network = learnt(count)
-        for one in (dataclasses.replace(by_network, network=None), by_network):
-            word = "network" if one.network else "as they are"
+    for name in given:
+        count, bits = map(int, name.split("x"))
+        for network in (None, by_network.network):
+            one = dataclasses.replace(by_network, count=count, bits=bits, network=network)
+            word = "network" if network else "as they are"
             errors = on_rays(one, draw)
-            print(f"{count} slices, {word}: rays {np.mean(errors):.4f}, sets", end=" ")
+            print(f"{name} slices, {word}: rays {np.mean(errors):.4f}, sets", end=" ")
             print(*(f"{error:.4f}" for error in errors), flush=True)
-            names.append(f"{count} slices, {word}")
-            techniques.append(moit.PythonTechnique("slices", one, bits_per_pixel=8 * count + 32))
+            names.append(f"{name} slices, {word}")
+            kept = bits * count + 32
+            techniques.append(moit.PythonTechnique("slices", one, bits_per_pixel=kept))
     others = [
         "neural-bounded6(depth_range='pixel',storage='half')",
         "strong2",

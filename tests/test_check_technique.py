@@ -137,3 +137,13 @@ def test_the_lines_of_its_page_run(capsys):
     told = capsys.readouterr().out
     assert "inverse-depth" in told
     assert "fog: all promises are kept" in told
+
+
+@pytest.mark.parametrize("value", [-0.25, 1.25])
+def test_transmittance_outside_its_range_is_told_on_both_sides(value):
+    def outside(fragments):
+        return np.full(len(fragments), value)
+
+    one = moit.PythonTechnique("outside", outside, bits_per_pixel=32)
+    rows = {row.name: row for row in moit.check_technique(one, progress=False).rows}
+    assert rows["range"].worst == pytest.approx(0.25) and rows["range"].ok is False

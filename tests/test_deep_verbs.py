@@ -505,3 +505,10 @@ def test_what_no_curve_can_be_drawn_of_is_told(tmp_path, monkeypatch, change, ki
     with pytest.raises(kind, match=words):
         moit.deep.curve(**given | change)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("origin", [(6, 0), (0, 8), (-4, 0), (0, -4)])
+def test_a_window_that_only_touches_the_image_is_refused(tmp_path, origin):
+    moit.write_deep(tmp_path / "a.exr", moit.scenes.load("panes", (8, 6)))
+    with pytest.raises(ValueError, match="found none of them in a window"):
+        moit.deep.crop(tmp_path / "a.exr", tmp_path / "b.exr", shape=(4, 4), origin=origin)

@@ -24,7 +24,7 @@ OPTIONS = [{}, {"NOT_FUSED": 1}, {"EXCLUDE_SELF": 1}]
 GIVEN = {"neural": "layout(std140, binding = 0) uniform weights { vec4 NETWORK[201]; };\n"}
 TYPES = {"float", "int", "uint", "bool", "vec2", "vec3", "vec4", "uvec2", "void"}
 # Of what has no defaults, options and arrays of words are those of a technique's kit.
-OF_KITS = {"avboit": "avboit", "slices": "slices64", "anchors": "anchors4"}
+OF_KITS = {"avboit": "avboit", "slices": "slices64", "anchors": "anchors4", "strong": "strong5"}
 
 # What HLSL, WGSL, Metal, Slang or C++ keep for themselves.
 RESERVED = set(
@@ -69,7 +69,11 @@ def given_to(name: str) -> str:
     arrays = memory.declared("glsl", recipe.memory, text, 0)
     for call in calls:
         arrays = arrays.replace(f"moit_{call}", call)
-    return "\n".join([*options, arrays, ""])
+    networks = [
+        f"const float {one}[{len(numbers)}] = float[](" + ", ".join(map(str, numbers)) + ");"
+        for one, numbers in recipe.arrays.items()
+    ]
+    return "\n".join([*options, arrays, *networks, ""])
 
 
 def parts_of_calls(text: str, function: str) -> list[str]:

@@ -84,6 +84,9 @@ from moit.reports.blocks import Gallery, Markdown, Picture
 def blocks(ending):
     return Markdown("pages", ending=ending)([Gallery([Picture("one", "One", noise[..., :3])])])
 """
+FIGURE = """
+figure = moit.plot.curves(f, "power4", pixel=(15, 20)).figure
+"""
 CHECKPOINT = """
 from moit.neural import checkpoint
 from moit.neural.fitting import State
@@ -117,6 +120,8 @@ WRITERS = {
     "moments": 'write = lambda: moit.deep.to_moments("input.exr", "a.exr")',
     "curve": 'write = lambda: command("curve", "panes", "-tpower4", "-oa.svg")',
     "plot": 'write = lambda: command("curve", "panes", "-tpower4", "-oa.png")',
+    "plot, pdf": FIGURE + 'write = lambda: figure.savefig("a.pdf")',
+    "shown": 'write = lambda: moit.show(noise).save("a.png")',
 }  # fmt: skip
 for _compression in ("none", "rle", "zips", "piz", "pxr24", "b44", "dwaa"):
     WRITERS[_compression] = (
@@ -134,7 +139,7 @@ def server():
 
 @pytest.mark.parametrize("writer", WRITERS)
 def test_a_full_disk_loses_no_file(tmp_path, writer, server):
-    if writer == "plot":
+    if writer.startswith("plot"):
         pytest.importorskip("matplotlib")
     text = BEGINNING + WRITERS[writer] + TRIES
     folder = tmp_path / "files"

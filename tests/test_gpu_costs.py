@@ -16,6 +16,7 @@ from moit.checks.exceptions import GpuError
 from moit.gpu_costs import compiling, stored
 from moit.gpu_costs.compiling import compiled, cost_of, understood
 from moit.gpu_costs.cost import FAMILIES, Cost
+from moit.gpu_costs.frames import Frame
 from moit.gpu_costs.probes import FUNCTIONS, given_bytes, probes
 from moit.gpu_costs.published import published_texts
 from moit.gpu_costs.stored import COMMAND, ENGINE, EXACT, PUBLISHED
@@ -303,7 +304,8 @@ def test_every_pass_of_an_export_is_compiled(name):
     technique = moit.technique(name)
     recipe = recipe_of(technique, DEPTH_RANGE)
     assert bool(second) == (recipe.passes > 1 and not recipe.shape)
-    by_factors = recipe.state.has_factors if recipe.state else not recipe.programs
+    gathered = bool(recipe.by_factors) or not recipe.programs
+    by_factors = recipe.state.has_factors if recipe.state else gathered
     assert ("factor" in found) == ("transmittance" in found and by_factors)
     assert set(found) <= set(FUNCTIONS)
 
@@ -404,3 +406,8 @@ def test_the_bounded_network_takes_a_quarter_of_the_published_one():
     published = stored.stored().passes("neural", "navi21", PUBLISHED)
     assert ours["factor"].cycles <= 350
     assert ours["transmittance"].cycles <= published["transmittance"].cycles / 4
+
+
+def test_a_frame_touches_no_more_pixels_than_it_has_fragments():
+    assert Frame(10, 100).touched == 10 and Frame(1000, 100).touched == 100
+    assert Frame(1000, 100, covered=7).touched == 7

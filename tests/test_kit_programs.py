@@ -58,6 +58,38 @@ def test_anchors_keep_and_count_what_the_core_does(name):
     assert np.quantile(error, 0.99) < 1e-4 and np.quantile(error, 0.999) < 0.02
 
 
+@pytest.mark.parametrize(
+    ("name", "most"),
+    [
+        ("strong2(gamma=1.0,normalize=False)", 3e-3),  # half floats round by what terms are apart
+        # what floats round off sums of all is more of what is left
+        ("front3(key_bits=32,tail='power6')", 1e-2),
+        ("front1(tail='trig2(exclude_self=True)')", 1e-2),
+        ("front2(tail='power8',normalize=False)", 1e-2),
+    ],
+)
+def test_what_is_kept_and_what_is_left_are_as_the_core_has_them(name, most):
+    _, error = kit_cases.errors(moit.technique(name), "glsl", case())
+    assert np.quantile(error, 0.999) < most and np.quantile(error, 0.9) < 1e-4
+
+
+@pytest.mark.parametrize(("name", "most"), [("front5", 1e-6), ("front5(key_bits=32)", 1e-3)])
+def test_few_fragments_are_exact_and_those_of_one_depth_cover_what_they_do(name, most):
+    # four of which two coincide, and one behind that is of no other depth
+    random = np.random.default_rng(3)
+    depth = np.exp(random.uniform(np.log(0.2), np.log(500), (40, 5)))
+    depth[:, 1] = depth[:, 0]
+    alpha = random.uniform(0.05, 0.9, depth.shape)
+    alpha[:, 1] = alpha[:, 0]
+    c = pixels_of(depth, alpha)
+    found, _ = kit_programs.through(moit.technique(name), "glsl", c)
+    exact = moit.transmittance(c.fragments(), "sorted").reshape(depth.shape)
+    found = found.reshape(depth.shape)
+    assert np.abs(found - exact)[:, 2:].max() < most
+    both = exact[:, :2].mean(axis=1)
+    assert np.abs(found[:, :2] - both[:, None]).max() < most
+
+
 def pixels_of(depth: np.ndarray, alpha: np.ndarray) -> kit_cases.Case:
     """A case of pixels with as many fragments each, (P, k)."""
     pixels, each = depth.shape

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from moit.catalog.technique import FACTS
+
 ROOT = Path(__file__).parent.parent / "csrc"
 CORE = sorted((ROOT / "core").rglob("*.c"))
 SOURCES = sorted(path for path in ROOT.rglob("*") if path.suffix in (".c", ".h"))
@@ -91,7 +93,9 @@ def test_no_headers_include_each_other_in_a_circle():
     assert circle_of(graph) == []
 
 
-OF_CORE = {"moit.h", "moit_deep.h", "moit_errors.h", "moit_geometry.h", "moit_gradients.h"}
+OF_CORE = {
+    f"moit{part}.h" for part in ("", "_technique", "_deep", "_errors", "_geometry", "_gradients")
+}
 ALLOWED = {
     "kernels": {"kernels"},
     "core": {"kernels", "core", *OF_CORE},
@@ -120,3 +124,17 @@ def test_the_tile_knows_no_technique():
         path = ROOT / "core" / name
         assert not any("techniques" in included for included in includes(path))
         assert not any("techniques" in name_of(other) for other in calls(path))
+
+
+def test_each_technique_is_one_line_and_a_row_where_it_weighs():
+    """So that who adds one touches that line and a file of its own. Without a row nothing links."""
+    kinds = re.findall(rf"\bKIND\(({WORD}), ({WORD})\)", code(ROOT / "moit_technique.h"))
+    assert [row for _, row in kinds] == [kind.replace("-", "_") for kind in FACTS]
+    found = {}
+    for path in CORE:
+        for row, text in re.findall(
+            rf"moit_technique_row moit_({WORD})_row = {{(.*?)\n?}};", code(path), re.DOTALL
+        ):
+            found[row] = path
+            assert re.search(rf"\b{re.search(rf'[.]weigh = ({WORD})', text)[1]}\(", code(path))
+    assert set(found) == {row for _, row in kinds}

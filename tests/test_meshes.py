@@ -170,3 +170,9 @@ def test_reading_without_trimesh_names_the_extra(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "trimesh", None)
     with pytest.raises(ImportError, match=r"moit\[mesh\]"):
         moit.read_mesh(path)
+
+
+def test_a_texture_needs_to_know_where_it_lies():
+    texture = moit.Texture(np.zeros((2, 2, 3)))
+    with pytest.raises(MeshError, match="texture: needed uv"):
+        moit.Mesh([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], texture=texture)

@@ -355,3 +355,15 @@ def test_budgets_are_answered_by_what_the_frontier_names():
             progress=False,
         )
         assert str(answer.nearest) in named[most], (most, ordered, answer.nearest)
+
+
+def test_what_keeps_as_many_bits_as_allowed_is_allowed_and_unknown_passes_are_not():
+    f, how = (
+        moit.scenes.load("panes", (16, 12)),
+        {"max_error": 1.0, "by": "bits", "progress": False},
+    )
+    bits = moit.technique("power4").bits_per_pixel
+    assert moit.recommend(f, techniques=["power4"], max_bits=bits, **how).technique is not None
+    assert moit.technique("per-pixel").geometry_passes is None
+    refused = moit.recommend(f, techniques=["per-pixel"], max_passes=9, **how)
+    assert refused.technique is None

@@ -13,7 +13,7 @@ import moit
 from moit.geometry import rasterizer
 from moit.geometry.drawing import Drawable
 from moit.geometry.rasterizer import Picture
-from moit.geometry.splats import CONVENTIONS, Splats
+from moit.geometry.splats import CONVENTIONS, Splats, SplatsError
 from moit.rendering import making
 
 SIZE = (97, 61)
@@ -422,3 +422,10 @@ def test_bands_have_the_range_of_the_whole(monkeypatch):
     assert {len(np.unique(band.depth)) for band in bands} == {0, 1}
     assert {band.depth_range for band in bands} == {(least, most)}
     assert moit.rasterize(splats, camera, SIZE).depth_range == (least, most)
+
+
+def test_splats_of_a_flat_convention_are_not_thick():
+    with pytest.raises(SplatsError, match="thick: found True"):
+        moit.Splats(
+            [[0.0] * 3], [[1.0] * 3], [[1.0, 0, 0, 0]], [0.5], colors=(0.5, 0.5, 0.5), thick=True
+        )

@@ -409,3 +409,8 @@ def test_comparisons_and_choices_take_them():
     assert errors["sorted"] < 1e-6 < errors["power4"]
     choice = moit.choose(f)
     np.testing.assert_allclose(choice.image, moit.composite(f, "per-pixel"), atol=1e-6)
+
+
+def test_the_range_holds_surfaces_beyond_what_gaussians_reach():
+    f = moit.Fragments([0, 3], [1.0, 5.0, 100.0], [0.5] * 3, deviation=[0.0, 0.1, 0.0])
+    assert f.depth_range[0] <= 1 and f.depth_range[1] >= 100

@@ -136,3 +136,20 @@ def test_targets_are_the_same_bits_in_glsl(dtype):
     found = moit.composite(f, technique, device=device, exact=True, background=(1, 2, 3))[0]
     expected = composed(*targets(f), np.array([1, 2, 3.0]))
     assert np.abs(found - expected).max() <= 8 * np.finfo(dtype).eps * 3
+
+
+def test_a_weight_of_ones_own_sees_depths_in_its_scale():
+    f, seen = moit.scenes.load("panes", (8, 6)), []
+
+    def weight(depth, alpha, color):
+        seen.append(depth)
+        return np.ones_like(depth)
+
+    moit.composite(f, moit.WeightedBlended(weight=weight, depth_scale=4.0))
+    assert seen and all(np.array_equal(depth, 4 * f.depth) for depth in seen)
+
+
+def test_weights_of_positive_depth_refuse_any_other():
+    f = moit.Fragments([0, 2], [-0.5, 1.0], [0.5, 0.5])
+    with pytest.raises(moit.FragmentsError, match="positive depth"):
+        moit.transmittance(f, "wboit-eq7")

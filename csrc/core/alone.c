@@ -14,7 +14,7 @@ enum { WORTH_IT = 2 };
  * fewer bits nor a block's. In floats alone: the last bit of a double would be another. */
 bool moit_takes_alone(const moit_job *job) {
     const moit_technique *technique = job->technique;
-    const moit_technique_row *row = &moit_technique_rows[technique->kind];
+    const moit_technique_row *row = moit_technique_rows[technique->kind];
     return job->fragments->precision == MOIT_FLOAT32 && technique->normalize && !job->blocks
            && !job->fragments->transmission
            && (row->weigh == moit_moments_weigh || row->weigh == moit_bounded_weigh)

@@ -8,7 +8,7 @@
 #include <string.h>
 
 static const moit_technique_row *row_of(const moit_job *job) {
-    return &moit_technique_rows[job->technique->kind];
+    return moit_technique_rows[job->technique->kind];
 }
 
 static moit_status ask(moit_job *job, void (*answer)(const moit_job *, moit_tile *, void *),
@@ -192,7 +192,13 @@ static void weigh_relatively(const moit_job *job, moit_tile *tile) {
 
 /* Mends sums of lost weights, or marks those pixels of `out` that are to be looked at again. */
 static void find_lost_weights(const moit_job *job, moit_tile *tile, bool *marks) {
-    for (int p = 0; p < tile->pixels; ++p) {
+    /* mostly none has: the greatest weight that any technique calls lost is asked first */
+    const double least = ldexp(1.0, -WEIGHTS_LOST_SINGLE);
+    int some = 0;
+    for (int p = 0; p < tile->pixels; ++p)
+        some |=
+            (tile->total[p] < 0.5) & ((tile->sums[4 * p + 3] < least) | (tile->total[p] == 0.0));
+    for (int p = 0; some && p < tile->pixels; ++p) {
         if (!has_lost_weights(job, tile, p) && !is_too_thick(job, tile, p)) continue;
         if (is_asked_again(job)) *marks = true;
         else weigh_relatively(job, tile);
@@ -308,7 +314,7 @@ static moit_status look_again(const moit_fragments *f, const moit_technique *tec
                            .near = f->near,
                            .far = f->far};
     moit_technique precise = *technique;
-    if (moit_technique_rows[technique->kind].moments
+    if (moit_technique_rows[technique->kind]->moments
         && technique->moments.bias == moit_default_bias(technique, MOIT_FLOAT32))
         precise.moments.bias = moit_default_bias(technique, MOIT_FLOAT64);
     moit_run again = *run;

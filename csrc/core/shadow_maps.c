@@ -16,7 +16,7 @@
 enum { MOST_SUMS = 32, POINTS = 256 };
 
 int moit_texel_numbers(const moit_technique *technique) {
-    if (!moit_technique_rows[technique->kind].adds_texels) return 0;
+    if (!moit_technique_rows[technique->kind]->adds_texels) return 0;
     const moit_moment_family *family = moit_family_of(technique);
     return family ? 1 + family->numbers(technique->count) : technique->count;
 }

@@ -211,7 +211,6 @@ static void prepare(const moit_job *job, moit_tile *tile, int64_t first, int pix
         tile->offsets[p] = (int32_t)(f->offsets[first + p] - tile->first_fragment);
     if (job->depths)
         for (int p = 0; p <= pixels; ++p) tile->curve_offsets[p] = (int32_t)(p * job->depths);
-    else memset(tile->curve_offsets, 0, (size_t)(pixels + 1) * sizeof *tile->curve_offsets);
     tile->given = tile->fragments = tile->offsets[pixels];
     if (job->skips_empty) leave_out_empty(tile);
     tile->depth = from(job, f->depth, tile->first_fragment, 1);
@@ -247,6 +246,8 @@ static moit_status answer_run(void *context, int64_t item, int thread) {
     if (first < 0) first = 0;
     if (end > pixels) end = pixels;
     moit_tile tile = lay_out(t, &(pieces){t->memory + (size_t)thread * t->part, 0});
+    if (!t->job->depths)
+        memset(tile.curve_offsets, 0, (size_t)(t->most_pixels + 1) * sizeof *tile.curve_offsets);
     while (first < end) {
         int length = tile_length(t, first, end);
         prepare(t->job, &tile, first, length);

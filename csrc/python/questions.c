@@ -246,9 +246,9 @@ static PyObject *technique_facts(PyObject *Py_UNUSED(module), PyObject *Py_UNUSE
         moit_technique_facts facts = moit_facts_of((moit_kind)kind);
 #define TRUTH(fact) #fact, PyBool_FromLong(facts.fact)
         PyObject *one = Py_BuildValue(
-            "{ss sN sN sN sN sN sN sN sN sN sN sN sN sN ss si sN si sN s(dd) ss}", "kind",
-            moit_kind_name((moit_kind)kind), TRUTH(has_curve), TRUTH(is_random),
-            TRUTH(takes_transmission), TRUTH(knows_channels), TRUTH(uses_warp),
+            "{ss sN sN sN sN sN sN sN sN sN sN sN sN sN sN ss si sN si sN s(dd) ss}", "kind",
+            moit_kind_name((moit_kind)kind), TRUTH(proves_bounds), TRUTH(has_curve),
+            TRUTH(is_random), TRUTH(takes_transmission), TRUTH(knows_channels), TRUTH(uses_warp),
             TRUTH(stores_moments), TRUTH(has_network), TRUTH(adds_targets), TRUTH(adds_texels),
             TRUTH(takes_points), "has_gradient",
             PyBool_FromLong(moit_has_gradient((moit_kind)kind)), "order_independent",

@@ -1,9 +1,10 @@
 #include "technique.h"
 
+#include <assert.h>
 #include <limits.h>
 #include <stddef.h>
 
-enum option_type { INTEGER, NUMBER, TRUTH };
+enum option_type { INTEGER, NUMBER, TRUTH, NETWORK };
 
 #define ONLY(kind) (1u << MOIT_##kind)
 _Static_assert(MOIT_KIND_COUNT <= 32, "a kind has a bit of its own");
@@ -92,6 +93,10 @@ static const struct {
     {"gamma", ONLY(STRONG), NUMBER, AT(strong.gamma), 0, 0},
     {"large_keys", ONLY(ANCHORS), TRUTH, AT(anchors.large_keys), 0, 0},
     {"large_keys", ONLY(STRONG), TRUTH, AT(strong.large_keys), 0, 0},
+    {"network", BOUNDED, NETWORK, AT(bounded.network), 0, 0},
+    {"network", FRONTED, NETWORK, AT(front.network), 0, 0}, /* its tail's */
+    {"network", NEURAL, NETWORK, AT(neural.network), 0, 0},
+    {"network", ONLY(STRONG), NETWORK, AT(strong.network), 0, 0},
     {"seed", SAMPLED, INTEGER, AT(sampling.seed), 0, INT_MAX},
     {"stratified", ONLY(STOCHASTIC), TRUTH, AT(sampling.stratified), 0, 0},
     {"core_alpha", ONLY(HYBRID), NUMBER, AT(core_alpha), 0, 0},
@@ -130,18 +135,21 @@ static int set_option(moit_technique *technique, size_t i, PyObject *value) {
     return whole(value, options[i].name, options[i].least, options[i].most, (int *)place);
 }
 
-/* Whether the kind has an option of this name; arrays are held beside the technique. */
+/* Whether the technique has that option; a network hangs on what is set of others. */
+static bool has_option(const moit_technique *technique, size_t i) {
+    return (options[i].kinds >> technique->kind & 1)
+           && (options[i].type != NETWORK || moit_network_weights(technique));
+}
+
+/* Whether the technique has an option of this name; arrays are held beside it. */
 static bool is_known(const moit_technique *technique, PyObject *name) {
     if (!PyUnicode_Check(name)) return false;
     for (size_t i = 0; i < OPTIONS; ++i)
-        if ((options[i].kinds >> technique->kind & 1)
-            && !PyUnicode_CompareWithASCIIString(name, options[i].name))
+        if (has_option(technique, i) && !PyUnicode_CompareWithASCIIString(name, options[i].name))
             return true;
     return !PyUnicode_CompareWithASCIIString(name, "kind")
            || (technique->kind == MOIT_WEIGHTED_BLENDED
-               && !PyUnicode_CompareWithASCIIString(name, "weights"))
-           || (moit_network_weights(technique)
-               && !PyUnicode_CompareWithASCIIString(name, "network"));
+               && !PyUnicode_CompareWithASCIIString(name, "weights"));
 }
 
 static PyObject *needed_option(const moit_technique *technique, PyObject *object,
@@ -162,7 +170,7 @@ static int set_options(moit_technique *technique, PyObject *object) {
     }
     if (whole(kind, "kind", 0, MOIT_KIND_COUNT - 1, (int *)&technique->kind)) return -1;
     for (size_t i = 0; i < OPTIONS; ++i) {
-        if (!(options[i].kinds >> technique->kind & 1)) continue;
+        if (options[i].type == NETWORK || !has_option(technique, i)) continue;
         PyObject *value = needed_option(technique, object, options[i].name);
         if (!value || set_option(technique, i, value)) return -1;
     }
@@ -177,9 +185,12 @@ static int set_options(moit_technique *technique, PyObject *object) {
 
 static int hold_network(held_technique *held, PyObject *object) {
     moit_technique *technique = &held->technique;
+    size_t i = 0;
+    while (i < OPTIONS && !(options[i].type == NETWORK && has_option(technique, i))) ++i;
     int needed = moit_network_weights(technique);
-    if (!needed) return 0;
-    PyObject *network = needed_option(technique, object, "network");
+    assert((i < OPTIONS) == (needed > 0)); /* what has one has a place for it in the table */
+    if (i == OPTIONS) return 0;
+    PyObject *network = needed_option(technique, object, options[i].name);
     if (!network || !(held->network = array_of(network, NPY_FLOAT, 1, "network"))) return -1;
     if (PyArray_SIZE(held->network) != needed) {
         PyErr_Format(PyExc_ValueError, "network: %s needs %d weights, got %zd",
@@ -188,11 +199,7 @@ static int hold_network(held_technique *held, PyObject *object) {
         let_technique_go(held);
         return -1;
     }
-    const float **place = technique->kind == MOIT_BOUNDED_NEURAL ? &technique->bounded.network
-                          : technique->kind == MOIT_FRONT        ? &technique->front.network
-                          : technique->kind == MOIT_STRONG       ? &technique->strong.network
-                                                                 : &technique->neural.network;
-    *place = PyArray_DATA(held->network);
+    *(const float **)((char *)technique + options[i].offset) = PyArray_DATA(held->network);
     return 0;
 }
 

@@ -241,6 +241,19 @@ def _anchors(t: Any, colours: str) -> Targets:
     return Targets(shaded=_shaded(colours, Target("r32f", "multiply-complement", 1.0)))
 
 
+def _front(t: Any, colours: str) -> Targets:
+    tail = targets_of(t.behind, colours)
+    assert tail
+    return Targets(tail.held, _shaded(colours, Target(f"rgba{colours}", "add")))
+
+
+def _strong(t: Any, colours: str) -> Targets:
+    return Targets(
+        _held((*formats_for(6, "16f"), "r16f")),
+        _shaded(colours, Target("r32f", "multiply-complement", 1.0)),
+    )
+
+
 _SHIPPED: dict[str, Callable[[Any, str], Targets]] = {
     "moment-transparency": _gathered_twice,
     "wavelet": _wavelet,
@@ -252,4 +265,6 @@ _SHIPPED: dict[str, Callable[[Any, str], Targets]] = {
     "avboit": _voxels,
     "slices": _slices,
     "anchors": _anchors,
+    "strong": _strong,
+    "front": _front,
 }

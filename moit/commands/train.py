@@ -46,7 +46,7 @@ def add(command: Command) -> None:
 
 def _train(options: argparse.Namespace) -> None:
     from moit.neural.training import train
-    from moit.system.files import must_be_writable
+    from moit.system.files import must_be_writable, remove
 
     must_be_writable(options.output)  # training may take hours
     checkpoint = options.checkpoint
@@ -71,7 +71,7 @@ def _train(options: argparse.Namespace) -> None:
         **{name: getattr(options, name) for name in names},
     )
     network.write(options.output)
-    os.unlink(checkpoint)
+    remove(checkpoint)
     for name, score in network.scores.items():
         print(f"{name:32} {score:.4f}")
     print(options.output)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from moit.comparing.rows import Result, from_plain, plain
 from moit.formats.images import read_image, write_image
-from moit.system.files import write_text
+from moit.system.files import PART, remove, write_text
 
 if TYPE_CHECKING:
     from moit.catalog import Technique
@@ -70,17 +70,15 @@ class ResultsFolder:
 
     def forget(self, job: Job) -> None:
         """Removes what is kept for a job."""
-        with suppress(FileNotFoundError):
-            os.unlink(f"{self._stem(job)}.json")
+        remove(f"{self._stem(job)}.json")
 
     def clear(self) -> None:
         """Removes all results kept here, and nothing else."""
         for scene in os.scandir(self.folder):
             for entry in os.scandir(scene.path) if scene.is_dir() else ():
                 if is_kept(entry.path, "row"):
-                    os.unlink(entry.path)
-                    with suppress(FileNotFoundError):
-                        os.unlink(entry.path.removesuffix(".json") + ".exr")
+                    remove(entry.path)
+                    remove(entry.path.removesuffix(".json") + ".exr")
 
     def _stem(self, job: Job) -> str:
         device = "" if job.device == "cpu" else f"-{job.device}"
@@ -128,7 +126,9 @@ def _digest_of_image(image: NDArray[Any]) -> str:
 
 
 def is_kept(path: str, answer: str) -> bool:
-    """Whether a file is an answer of that kind."""
+    """Whether a file is an answer of that kind, and not what another process is writing to it."""
+    if os.path.basename(path).startswith(PART):
+        return False
     return path.endswith(".json") and {"question", answer} <= set(_content(path))
 
 

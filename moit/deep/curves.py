@@ -13,7 +13,7 @@ from moit.checks.arguments import path_name
 from moit.deep.opened import Deep
 from moit.fragments.fragments import Fragments
 from moit.inputs import as_fragments
-from moit.system.files import must_be_writable, write_text, writing
+from moit.system.files import must_be_writable, write_text
 from moit.system.progress import Progress, preparing
 
 # What curves are written as: SVG by moit, the others by matplotlib.
@@ -107,5 +107,4 @@ def _write_figure(
     from moit.plot import curves
 
     figure: Any = curves(f, chosen, at, most=max(len(chosen), 1)).figure
-    with writing(path) as file:
-        figure.savefig(file, dpi=DOTS_PER_INCH, format=ending)
+    figure.savefig(path, dpi=DOTS_PER_INCH, format=ending)

@@ -79,6 +79,7 @@ class Passes:
         they are answered in double.
     normalize : whether weights are scaled to sum to what is covered.
     exceeds : whether weights may sum to more, and are scaled then.
+    keeps_nearest : whether they find the nearest fragments, opaque ones too, by warped depth.
     absorbs : whether passes can give what is absorbed in front of fragments, too (ABSORBED).
     engine : whether it reads by a text for engines (shaders/engine), in floats alone.
     coloured : with transmission, "curve": fragments are seen through the net coverage and the
@@ -106,6 +107,7 @@ class Passes:
     asks: str = "nearest"
     normalize: bool = False
     exceeds: bool = False
+    keeps_nearest: bool = False
     absorbs: bool = False
     engine: bool = False
     coloured: str = "channels"

@@ -172,6 +172,7 @@ def front(c: Constants) -> Passes:
             "least_tail": 2.0 ** (-43 if c.double else -20),
             "scales_tail": int(c.fields["normalize"]),
         },
+        keeps_nearest=True,
         absorbs=False,
     )
 

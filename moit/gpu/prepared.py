@@ -85,7 +85,8 @@ class Prepared:
                 self.offsets, self.depth, self.alpha, depth_range=f.depth_range, dtype=self.dtype
             )
             self.depth = _core.warped(self.survivors, fields, threads, None)
-            if technique.kind == "front" and not (small_keys or cull_opaque) and len(self.alpha):
+            asks_order = self.passes.keeps_nearest and not (small_keys or cull_opaque)
+            if asks_order and len(self.alpha):
                 self._check_order()
         if small_keys:
             self.alpha = _rounded_to_keys(self.alpha)

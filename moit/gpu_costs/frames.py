@@ -49,6 +49,8 @@ ACCUMULATE_SECOND, FACTOR_SECOND = "accumulate-second", "factor-second"
 # Of those whose fragments change arrays: what marks cells or keeps keys, and of slices the rest;
 # what adds is ACCUMULATE.
 MARK, COUNT, PLACE, INTEGRATE = "mark", "count", "place", "integrate"
+# What keeps the rest of keys that have two words.
+MARK_SECOND = "mark-second"
 # Of those whose numbers are of blocks of pixels, which are read between four.
 BETWEEN, BETWEEN_SECOND = "between", "between-second"
 
@@ -110,7 +112,7 @@ def predicted(
     state = _state(technique, targets)
     if technique.kind in SLICED:
         spent |= _sliced(time, costs, technique, targets)
-    elif technique.kind == KEYED:
+    elif technique.kind in KEYED:
         spent |= _keyed(time, costs, technique, targets)
     elif targets.rounds:
         spent |= _peeled(time, costs, targets)
@@ -127,7 +129,7 @@ def predicted(
             spent["capture"] += (
                 time.fragments(_cycles(costs, ACCUMULATE_SECOND), 2 * second) / blocks
             )
-    own_shading = targets.rounds or targets.samples or technique.kind in (*SLICED, KEYED)
+    own_shading = targets.rounds or targets.samples or technique.kind in (*SLICED, *KEYED)
     if targets.shaded and not own_shading:
         written = 2 * sum(map(_texel, targets.shaded))
         if targets.held:
@@ -149,7 +151,7 @@ def _peeled(time: _Time, costs: Mapping[str, Cost], targets: Targets) -> dict[st
     return {"shade": targets.rounds * (one + under)}
 
 
-SLICED, KEYED = ("avboit", "slices"), "anchors"
+SLICED, KEYED = ("avboit", "slices"), ("anchors", "strong", "front")
 TURNS = 8  # as which a compiler counts loops that it leaves
 
 
@@ -178,18 +180,28 @@ def _sliced(
 def _keyed(
     time: _Time, costs: Mapping[str, Cost], technique: Any, targets: Targets
 ) -> dict[str, float]:
-    """Keys and ends of pixels, which atomics read and write; cells; shading, by all words of a
-    pixel, which its fragments share, and which are cleared before."""
-    words = _words_of_keys(technique)
-    kept = WORD * (technique.kept + 2)
-    keys = time.fragments(_cycles(costs, MARK), 2 * kept)
-    cells = time.fragments(_cycles(costs, ACCUMULATE), 2 * WORD) + time.pixels(
-        0, kept, time.frame.touched
-    )
-    shaded = time.fragments(_cycles(costs, TRANSMITTANCE), 2 * sum(map(_texel, targets.shaded)))
-    cleared = time.pixels(0, words, time.frame.pixels)
-    read = time.pixels(0, words, time.frame.touched)
-    return {"capture": cleared + keys + cells, "shade": shaded + read}
+    """Keys of pixels, which atomics read and write, and their ends where there are any; what is
+    added, to cells or to targets; shading, by all words of a pixel, which its fragments share, and
+    which are cleared before."""
+    words, kept = _words_of_keys(technique)
+    held = sum(map(_texel, targets.held))
+    written = 2 * sum(map(_texel, targets.shaded))
+    keys = [MARK, *([MARK_SECOND] if MARK_SECOND in costs else [])]
+    capture = sum(time.fragments(_cycles(costs, one), 2 * kept / len(keys)) for one in keys)
+    capture += time.pixels(0, words, time.frame.pixels)
+    if technique.kind == "front":  # of all fragments, in the pass that finds keys
+        capture += time.more(_cycles(costs, ACCUMULATE), 2 * held)
+    else:
+        added = 2 * held or 2 * WORD
+        capture += time.fragments(_cycles(costs, ACCUMULATE), added)
+        capture += time.pixels(0, kept, time.frame.touched)
+    found = {"capture": capture}
+    if FUSED in costs:
+        found |= _second_pass(time, costs, written, words + held, 1)
+    else:
+        read = time.pixels(0, words, time.frame.touched)
+        found["shade"] = time.fragments(_cycles(costs, TRANSMITTANCE), written) + read
+    return found
 
 
 def _sampled(time: _Time, costs: Mapping[str, Cost], targets: Targets) -> dict[str, float]:
@@ -242,6 +254,10 @@ class _Time:
         own = (SHADING * self._instruction + cycles) * self._cycle
         return self.frame.fragments * (own + bytes * self._byte)
 
+    def more(self, cycles: float, bytes: float) -> float:
+        """Of what a pass over fragments does beside."""
+        return self.frame.fragments * (cycles * self._cycle + bytes * self._byte)
+
     def alone(self, cycles: float) -> float:
         """Of threads that fill no unit."""
         return cycles / self._clock
@@ -285,7 +301,7 @@ def bytes_of(technique: Technique) -> tuple[float | None, float | None]:
         return None, None
     if technique.kind in SLICED:
         return _bytes_of_slices(technique, targets)
-    if technique.kind == KEYED:
+    if technique.kind in KEYED:
         return _bytes_of_keys(technique, targets)
     held = _state(technique, targets) / technique.block_side**2
     held += sum(map(_texel, targets.tail))
@@ -299,15 +315,22 @@ def bytes_of(technique: Technique) -> tuple[float | None, float | None]:
     return held + sum(shaded[1:]), 2 * (held + sum(shaded))
 
 
-def _words_of_keys(technique: Any) -> float:
-    """Bytes of a pixel's keys, ends and cells."""
-    return float(WORD * (2 * technique.kept + technique.cells + 2))
+def _words_of_keys(technique: Any) -> tuple[float, float]:
+    """Bytes of a pixel's words, and of those that its keys and its ends take."""
+    if technique.kind == "front":
+        kept = WORD * technique.layers * technique.key_bits / 32
+        return kept, kept
+    kept = WORD * (technique.kept * technique.key_bits / 32 + 2)
+    cells = technique.kept + technique.cells if technique.kind == "anchors" else 0
+    return kept + WORD * cells, kept
 
 
 def _bytes_of_keys(technique: Any, targets: Targets) -> tuple[float, float]:
-    words, shaded = _words_of_keys(technique), [_texel(one) for one in targets.shaded]
-    moved = 2 * WORD * (technique.kept + 3) + words + 2 * sum(shaded)
-    return words + sum(shaded[1:]), moved
+    words, kept = _words_of_keys(technique)
+    shaded, held = ([_texel(one) for one in part] for part in (targets.shaded, targets.held))
+    added = WORD if technique.kind == "anchors" else sum(held)
+    moved = 2 * (kept + added) + words + sum(held) + 2 * sum(shaded)
+    return words + sum(held) + sum(shaded[1:]), moved
 
 
 def _bytes_of_slices(technique: Any, targets: Targets) -> tuple[float, float]:

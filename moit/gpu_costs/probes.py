@@ -22,6 +22,7 @@ from moit.gpu_costs.frames import (
     FUSED,
     INTEGRATE,
     MARK,
+    MARK_SECOND,
     PLACE,
     RESOLVE,
     TRANSMITTANCE,
@@ -31,6 +32,7 @@ from moit.gpu_costs.frames import (
 # one pass have their own names.
 FUNCTIONS = {
     MARK: ("moit_mark", "moit_keep"),
+    MARK_SECOND: ("moit_keep_rest",),
     COUNT: ("moit_count_slices",),
     PLACE: ("moit_place_slices",),
     COVERAGE: ("moit_covered_samples",),
@@ -61,6 +63,8 @@ FRAGMENT = {
     "alpha": "float",
     "color": "vec3",
     "shaded_sum": "vec4",
+    "kept_sum": "vec4",
+    "rest_sum": "vec4",
     "let_through": "float",
     "share": "vec4",
     "pixel": "uvec2",

@@ -32,6 +32,7 @@ from moit.judging.fronts import Means, best
 from moit.judging.measuring import PanUnit, RayUnit, SceneUnit, Unit
 from moit.judging.result import Frontier
 from moit.system.environment import core_digest, machine
+from moit.system.files import remove
 from moit.system.progress import Progress, steps
 from moit.system.version import VERSION
 
@@ -196,7 +197,7 @@ class KeptMeasures:
         for at, _, names in os.walk(self.folder):
             for path in (os.path.join(at, name) for name in names):
                 if is_kept(path, "measured"):
-                    os.unlink(path)
+                    remove(path)
 
     def _path(self, unit: Unit, one: Technique) -> str:
         name = f"{file_name(str(one))}.json"

@@ -13,6 +13,7 @@ from moit.kit.small_targets import between, size_of, size_told
 Named = tuple[tuple[str, Target], ...]
 
 _CHANNELS = {"r": ".x", "rg": ".xy", "rgba": ""}
+_CHANNELS_OF = {"vec4": "", "float": ".x"}  # by the types of what resolve is given
 _SOURCES = "// What passes before left of a pixel."
 _RESOLVE = "// The resolve of a pixel, to be blended over the picture: one, one-minus-src-alpha."
 
@@ -25,6 +26,7 @@ class Fetched:
         pass 1 did; its targets are bound in this order.
     extents : of each pixel's own range of depth, bound behind these.
     small : the first two are of blocks of pixels, and pixels read between their texels.
+    resolves : the types of what `resolve` is given.
     tight : how the text is laid out.
     """
 
@@ -33,6 +35,7 @@ class Fetched:
     colours: Named
     extents: Named
     small: bool
+    resolves: tuple[str, ...]
     tight: int
 
     @property
@@ -56,9 +59,15 @@ class Fetched:
         if not self.colours:
             return f"moit_resolve_color({sums})"
         read = [fetch(first + i, one) for i, (one, _) in enumerate(self.colours)]
-        if not self.small:
-            return f"moit_resolve({read[0]}, {sums})"
-        return f"moit_resolve({read[0]}, {read[1]}.x)"
+        given = [
+            f"{read.pop(0)}{_CHANNELS_OF[type]}" if type in _CHANNELS_OF else sums
+            for type in self.resolves
+        ]
+        return f"moit_resolve({', '.join(given)})"
+
+    @property
+    def resolve_reads_sums(self) -> bool:
+        return not self.colours or "moit_sums" in self.resolves
 
 
 def fetching(
@@ -69,10 +78,12 @@ def fetching(
     extents: Named = (),
     tight: int = 0,
     small: bool = False,
+    resolves: tuple[str, ...] = (),
 ) -> str:
     """What fetches `sums` and, where there is a pass between, `seconds`; what resolves a pixel."""
     colours = shaded if held else ()
-    return _BY_LANGUAGE[language](Fetched(held or shaded, second, colours, extents, small, tight))
+    read = Fetched(held or shaded, second, colours, extents, small, resolves, tight)
+    return _BY_LANGUAGE[language](read)
 
 
 def _channels(target: Target) -> str:
@@ -146,7 +157,7 @@ def _hlsl(read: Fetched) -> str:
 
 
 def _metal(read: Fetched) -> str:
-    given = (*read.colours, *(() if read.small else read.summed))
+    given = (*read.colours, *(read.summed if read.resolve_reads_sums else ()))
     listed = "".join(f"texture2d<float> {name}, " for name, _ in given)
     sums = "".join(f"{name}, " for name, _ in read.summed)
     resolved = read.resolved(

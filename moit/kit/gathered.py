@@ -20,12 +20,14 @@ class Program:
 
     name : of the pass.
     where : SMALL, PICTURE or THREADS.
-    call : of the text, by its own names; {place}: of a fragment, in pixels of what is drawn to;
-        {thread}: its number; {z}: warped depth; {sums}: what a pixel's targets have. Of the pass
-        that shades it gives transmittance.
+    call : of the text, by its own names, "" for none; {place}: of a fragment, in pixels of what is
+        drawn to; {thread}: its number; {z}: warped depth; {sums}: what a pixel's targets have. Of
+        the pass that shades it gives transmittance.
     threads : how many, by WIDTH and HEIGHT of the picture; "" of fragments.
     about : what the table says of it.
-    captures : whether its fragments are added to the first targets, too.
+    captures : likewise a call that gives what is added to the first targets.
+    parted : transmittance is two numbers, of what goes to the first target of colours and of what
+        goes to the second.
     """
 
     name: str
@@ -33,7 +35,13 @@ class Program:
     call: str
     threads: str = ""
     about: str = ""
-    captures: bool = False
+    captures: str = ""
+    parted: bool = False
+
+    @property
+    def functions(self) -> tuple[str, ...]:
+        """Of the text, that it calls."""
+        return tuple(one.partition("(")[0] for one in (self.captures, self.call) if one)
 
 
 _PLACES = {
@@ -54,11 +62,11 @@ def tests_by_itself(language: str, program: Program) -> bool:
     return language == "wgsl" and program.where != THREADS and program.name != SHADING
 
 
-def called(language: str, program: Program, touching: Sequence[str], held: Sequence[str]) -> str:
-    """The call, as the shader of a pass has it."""
+def called(language: str, call: str, touching: Sequence[str], held: Sequence[str]) -> str:
+    """A call, as the shader of a pass has it."""
     place, pixel, thread = _PLACES[language]
     textures = "".join(f"{one}, " for one in held) if language == "metal" else ""
-    text = "moit_" + program.call.format(
+    text = "moit_" + call.format(
         place=place,
         thread=thread,
         z="moit_warped(depth)",
@@ -75,17 +83,29 @@ def program_lines(
     shaded: Sequence[str],
 ) -> list[str]:
     """What the shader of a pass has; held, shaded: names of targets."""
-    text = called(language, program, touching, held)
+    text = called(language, program.call, touching, held)
     if program.name == SHADING:
-        let = "let" if language == "wgsl" else "float"
-        lines = [f"{let} through = {text};", f"{shaded[0]} = moit_shaded(color, alpha, through);"]
-        return [*lines, *(f"{one} = alpha;" for one in shaded[1:])]
+        return shading_lines(language, program, text, shaded)
     lines = [_HIDDEN] if tests_by_itself(language, program) else []
     if program.captures:
         let = "let sums" if language == "wgsl" else "moit_sums sums"
-        lines.append(f"{let} = moit_accumulate(moit_warped(depth), alpha);")
+        lines.append(f"{let} = {called(language, program.captures, touching, held)};")
         lines += [f"{one} = sums.{one};" for one in held]
-    return [*lines, f"{text};"]
+    return [*lines, *([f"{text};"] if program.call else [])]
+
+
+def shading_lines(
+    language: str, program: Program, through: str, shaded: Sequence[str]
+) -> list[str]:
+    """What a fragment adds to targets of colours, by the call that gives transmittance."""
+    pair = "vec2" if language == "glsl" else "float2"
+    let = "let" if language == "wgsl" else pair if program.parted else "float"
+    first = f"{let} through = {through};"
+    if program.parted:
+        parts = zip(shaded, "xy", strict=True)
+        return [first, *(f"{one} = moit_shaded(color, alpha, through.{x});" for one, x in parts)]
+    lines = [first, f"{shaded[0]} = moit_shaded(color, alpha, through);"]
+    return [*lines, *(f"{one} = alpha;" for one in shaded[1:])]
 
 
 # Of each function that a pass calls the arrays that it reads, and those that it changes.
@@ -101,9 +121,10 @@ def program_rows(
 
 def _row(one: Program, touched: Touched, held: list[str], shaded: list[str]) -> dict[str, Any]:
     shades = one.name == SHADING
-    calls = [f"moit_{one.call.partition('(')[0]}"]
-    calls += ["moit_accumulate"] * one.captures + ["moit_shaded"] * shades
-    reads, changes = touched[calls[0]]
+    calls = [f"moit_{function}" for function in one.functions]
+    found = [touched.get(call, ((), ())) for call in calls]
+    reads, changes = (list(dict.fromkeys(sum(part, ()))) for part in zip(*found, strict=True))
+    calls += ["moit_shaded"] * shades
     reads_sums = "{sums}" in one.call
     draws = "all transparent geometry, in any order"
     if one.where == SMALL:

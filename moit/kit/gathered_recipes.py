@@ -12,11 +12,11 @@ from moit.kit.gathered import PICTURE, SHADING, SMALL, THREADS, Program
 from moit.kit.memory import Memory
 from moit.kit.recipe import Recipe, no_kit, warp_constants
 
-_ATOMICS = (
+ATOMICS = (
     "Fragment shaders change words of a buffer by 32-bit atomics, in any order: Vulkan needs "
     "fragmentStoresAndAtomics, Direct3D 11.1 and up, Metal, OpenGL 4.3 and WebGPU have them."
 )
-_EARLY = (
+EARLY = (
     "Depth has to be tested before fragments change words (early fragment tests), or hidden ones "
     "count."
 )
@@ -27,7 +27,7 @@ _SAME = (
 
 
 def avboit(technique: Any, depth_range: tuple[float, float]) -> Recipe:
-    _of_a_picture(technique)
+    of_a_picture(technique)
     found = shipped_targets_of(technique)
     assert found
     most, depth = codes_of(technique.bits)
@@ -58,8 +58,8 @@ def avboit(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             "neighbours that are closer are passed over, and what is tilted across a block dims "
             "itself all the same.",
             _SAME,
-            _ATOMICS,
-            _EARLY,
+            ATOMICS,
+            EARLY,
             "A target of one byte loses fragments of alpha below 1/510.",
         ),
         memory=_memory(places, "1", blocks, technique.count, technique.count / side**2),
@@ -81,7 +81,7 @@ def avboit(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 
 def slices(technique: Any, depth_range: tuple[float, float]) -> Recipe:
-    _of_a_picture(technique)
+    of_a_picture(technique)
     name = f"slices{technique.count}"
     if technique.inside:
         why = "the text has no bounds of moments, between which slices are held there"
@@ -127,8 +127,8 @@ def slices(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             *([_SHARES] if side > 1 else []),
             *([_OPAQUE, _FLOAT_TOTALS] if own else []),
             _SAME,
-            _ATOMICS,
-            _EARLY,
+            ATOMICS,
+            EARLY,
         ),
         memory=_memory(
             places, squares, _sides(side), technique.count, technique.count / side**2, square
@@ -141,63 +141,12 @@ def slices(technique: Any, depth_range: tuple[float, float]) -> Recipe:
                 PICTURE,
                 "deposit({place}, size, {z}, alpha)",
                 about="The same geometry again.",
-                captures=own,
+                captures="accumulate({z}, alpha)" if own else "",
             ),
             Program("integrate", THREADS, "integrate({thread}, size)", _sides(side), _INTEGRATE),
             Program(SHADING, PICTURE, f"transmittance({{place}}, size, {{z}}, alpha{sums})"),
         ),
     )
-
-
-def anchors(technique: Any, depth_range: tuple[float, float]) -> Recipe:
-    _of_a_picture(technique)
-    found = shipped_targets_of(technique)
-    assert found
-    if technique.key_bits > 32:
-        why = "atomic maxima of 64 bits are not in every language; the text has keys of 32"
-        raise no_kit(technique, why, f"'anchors{technique.kept}'")
-    kept, cells = technique.kept, technique.cells
-    words = 2 * kept + cells + 2
-    return Recipe(
-        "engine/anchors.glsl",
-        found.held,
-        found.shaded,
-        {"ANCHORS": kept, "CELLS": cells, "WORDS": words, "NORMALIZE": int(technique.normalize)},
-        {
-            "DECAY": float(technique.gamma),
-            "MAX_ALPHA": technique.max_alpha,
-            **warp_constants(technique, depth_range),
-        },
-        limits=(
-            f"Exact for up to {kept} fragments of a pixel, but for the rounding of keys: depth in "
-            "65535 steps of the depth range, the root of 1 - alpha in 1023. Of all others order "
-            "within a cell is not known.",
-            _KEYS,
-            _ATOMICS,
-            _EARLY,
-        ),
-        memory=(_words_of_pixels(words),),
-        programs=(
-            Program("keep", PICTURE, "keep({place}, size, {z}, alpha)", about=_KEEP),
-            Program(
-                "add", PICTURE, "add({place}, size, {z}, alpha)", about="All others, in cells."
-            ),
-            Program(SHADING, PICTURE, "transmittance({place}, size, {z}, alpha)"),
-        ),
-    )
-
-
-def _words_of_pixels(words: int) -> Memory:
-    return Memory(
-        "words", f"{words} * WIDTH * HEIGHT", "What pixels keep, one after another.", 0, words
-    )
-
-
-_KEEP = "The greatest keys of a pixel, and where it begins and ends."
-_KEYS = (
-    "A fragment's depth and opacity have to be the same numbers in all passes (`invariant`, "
-    "`precise`), which tell by its key whether it is kept."
-)
 
 
 def _sides(side: int) -> str:
@@ -218,7 +167,7 @@ _MARK = "Which cells of depth have anything."
 _INTEGRATE = "A thread a block, row by row: what slices have becomes what is in front of them."
 
 
-def _of_a_picture(technique: Any) -> None:
+def of_a_picture(technique: Any) -> None:
     if technique.range_per_pixel:
         why = (
             "each pixel's own extent needs one more pass over geometry, and a warp that reads it; "

@@ -15,7 +15,7 @@ from moit.kit.buffers import declared as buffering
 from moit.kit.fetching import fetching
 from moit.kit.gathered import Program, Touched
 from moit.kit.languages import GLSL, HLSL, METAL, SLANG, Context, Language
-from moit.kit.layout import FILLED, MOST, comment_of, first_sentence, laid_out
+from moit.kit.layout import FILLED, MOST, RUN_ON, comment_of, first_sentence, laid_out
 from moit.kit.memory import Memory
 from moit.kit.memory import declared as sharing
 from moit.kit.ordered import NO_ORDER, Kept, keeping, start_of
@@ -23,7 +23,7 @@ from moit.kit.pasting import needed_items
 from moit.kit.recipe import SAMPLED, Recipe, State, no_kit
 from moit.kit.reserved import RESERVED
 from moit.kit.rounds import WGSL_SAMPLES
-from moit.kit.tokens import Item, Member, SubsetError, members_of, text_of, words_of
+from moit.kit.tokens import Item, Member, SubsetError, members_of, parameters_of, text_of, words_of
 from moit.kit.uses import keeping_of, reaching, touched_by
 from moit.kit.wgsl import KEPT, WGSL
 from moit.system.version import VERSION
@@ -57,6 +57,9 @@ class Include:
     memory, programs : arrays that fragments share, and the passes that change them.
     extents : targets of the pass before all others that finds each pixel's own range of depth.
     touching : functions of the text that read or change these.
+    resolves : types of what `moit_resolve` is given.
+    by_factors : of programs, what an engine calls beside the pass that shades where another pass
+        makes factors.
     plain : the text with room for everything, however long: what is computed, whatever the layout.
     touched : of those that passes call which arrays they read, and which they change.
     notes : what the page says of functions, structs and constants, and of the whole ("") beyond
@@ -87,6 +90,13 @@ class Include:
     touched: Touched = dataclasses.field(default_factory=dict)
     plain: str = ""
     extents: tuple[tuple[str, Target], ...] = ()
+    resolves: tuple[str, ...] = ()
+    by_factors: tuple[str, ...] = ()
+
+    @property
+    def resolve_reads_sums(self) -> bool:
+        """Else what shading left is all that it reads."""
+        return not self.held or "moit_sums" in self.resolves
 
     @property
     def digest(self) -> str:
@@ -129,6 +139,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     second = _by_members(recipe.text, "seconds", structs.get("moit_seconds"), recipe.second)
     extents = _by_members(recipe.text, "extents", structs.get("moit_extents"), recipe.extents)
     kept = _kept(recipe, held, shaded, entries)
+    resolves = _given_to("moit_resolve", items)
     stem = re.sub(r"\W+", "_", technique.base_name)
     bound = len(held) + len(second) + len(shaded) + len(extents)
     buffers = tuple(
@@ -151,7 +162,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
             fetched = keeping(language.name, kept, tight)
         else:
             small = recipe.side > 1
-            fetched = fetching(language.name, held, shaded, second, extents, tight, small)
+            fetched = fetching(language.name, held, shaded, second, extents, tight, small, resolves)
         apart = "\n\n" if tight < FILLED else "\n"
         inside = apart.join([*(part for part in parts if part), fetched])
         if language is not WGSL:
@@ -159,12 +170,13 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
             inside = f"#ifndef {guard}\n#define {guard}\n{inside}\n#endif"
         return f"{_head(technique, recipe, language)}\n\n{inside}\n", said_on_page
 
-    for tight in range(FILLED + 1):
+    for tight in range(RUN_ON + 1):
         text, said_on_page = laid_out_at(tight)
         if text.count("\n") <= MOST_LINES:
             break
     else:  # where that does not do lines need not be filled
-        text, said_on_page = laid_out_at(FILLED - 1)
+        tight = FILLED - 1
+        text, said_on_page = laid_out_at(tight)
     return Include(
         f"moit_{stem}.{language.ending}",
         language,
@@ -180,7 +192,7 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         held,
         shaded,
         tuple(members_of(structs["moit_factors"])) if "moit_factors" in structs else (),
-        tuple(_notes(items, said_on_page)),
+        tuple(_notes(items, said_on_page, tight == RUN_ON)),
         recipe.state,
         kept,
         recipe.shape,
@@ -195,7 +207,15 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         {one: touched_by(one, items, recipe.memory) for one in entries if one in touching},
         laid_out_at(0)[0],
         extents,
+        resolves,
+        tuple(names[one] for one in recipe.by_factors if one in names),
     )
+
+
+def _given_to(function: str, items: list[Item]) -> tuple[str, ...]:
+    """Types of what a function is given."""
+    found = [item for item in items if item.kind == "function" and function in item.names]
+    return tuple(one.type for item in found for one in parameters_of(item))
 
 
 def _kept(
@@ -308,14 +328,21 @@ def _said_on_page(items: list[Item], entries: tuple[str, ...], tight: int) -> fr
     if tight < FILLED - 2:
         return frozenset()
     names = {item.names[0] for item in items if item.kind == "function"}
-    if tight == FILLED:
+    if tight >= FILLED:
         return frozenset({"", *names})
     return frozenset(names - set(entries)) | ({""} if tight == FILLED - 1 else set())
 
 
-def _notes(items: list[Item], said_on_page: frozenset[str]) -> Iterator[tuple[str, str]]:
+def _notes(
+    items: list[Item], said_on_page: frozenset[str], of_statements: bool
+) -> Iterator[tuple[str, str]]:
+    """of_statements : what is said within functions, too."""
     for item in items:
         paragraphs = _paragraphs(item)
+        if of_statements and item.kind == "function":
+            within = [word.text for word in item.words[item.start :] if word.kind == "comment"]
+            inside = " ".join(" ".join(within).replace("//", " ").split())
+            paragraphs += [f"Within: {inside}."] if inside else []
         said = " ".join(paragraphs[:-1] if item.kind == "option" else paragraphs)
         left_out = item.kind == "option" or said_on_page.intersection(item.names or ("",))
         if said and (left_out or said != first_sentence(said)):

@@ -11,7 +11,8 @@ from collections.abc import Iterable
 from moit.kit.tokens import Word, closing, following, is_sign, split, text_of, words_of
 
 MOST = 100
-FILLED = 6  # the tightest layout
+FILLED = 6  # statements fill lines
+RUN_ON = 7  # the tightest layout: functions do
 
 
 def laid_out(text: str, tight: int = 0) -> list[str]:
@@ -21,7 +22,8 @@ def laid_out(text: str, tight: int = 0) -> list[str]:
         room; 2: and functions end on the line of their last statement; 3: and what one word of
         type declares may begin on a line and go on, with that word again, on the next; 5: and
         what holds others ends on their last line; 6: and statements fill lines, and go on where
-        words may, on the next.
+        words may, on the next; 7: and so do whole functions, in which products have no blanks and
+        nothing is said (the page says it).
     """
     words = words_of(text)
     found: list[str] = []
@@ -78,6 +80,9 @@ def _declaration(words: list[Word], tight: int) -> list[str]:
         return _constant(_flat(words))
     assert opens is not None
     head = f"{_flat(words[:opens])} {{"
+    if tight == RUN_ON:
+        braced = _UNBRACED.sub(r"\1 { \2 }", _flat(words))
+        return _run_on(_PRODUCT.sub(r"\1", braced))
     body = _parts(words[opens + 1 : closing(words, opens)])
     line = f"{head} {' '.join(part.line for part in body)} }}"
     if len(line) <= MOST and len(body) <= 5 and all(part.shares for part in body):
@@ -87,6 +92,30 @@ def _declaration(words: list[Word], tight: int) -> list[str]:
     if tight > 1 and len(lines[-2]) + 2 <= MOST and joins:
         lines[-2:] = [f"{lines[-2]} }}"]
     return lines
+
+
+def _run_on(text: str) -> list[str]:
+    """In lines that end with statements where that leaves little room, else with arguments."""
+    found: list[str] = []
+    line = text
+    while len(line) > MOST:
+        room = line[: MOST + 1]
+        ends = [
+            (room.rfind("; ") + 1, 64),
+            (room.rfind("{ ") + 1, 64),
+            (room.rfind(", ") + 1, 80),
+            (max(room.rfind(f" {sign} ") for sign in "+-?:"), 80),
+            (room.rfind(" "), 5),
+        ]
+        place = next(at for at, least in ends if at >= least)
+        found.append(line[:place])
+        line = f"    {line[place:].strip()}"
+    return [*found, line]
+
+
+# What hangs on a condition or a loop without braces: another statement may stand behind it.
+_UNBRACED = re.compile(r"\b((?:for|if) \((?:[^()]|\([^()]*\))*\)) (?!{)([^;{}]*;)")
+_PRODUCT = re.compile(r"(?<=[\w)\]]) ([*/]) (?=[\w(-])")
 
 
 def _constant(text: str) -> list[str]:

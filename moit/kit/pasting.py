@@ -6,6 +6,8 @@ import re
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 
+import numpy as np
+
 from moit.gpu import texts
 from moit.kit.tokens import (
     Item,
@@ -47,7 +49,7 @@ def needed_items(
     """
     pasted = _Pasted({key: (None, str(value)) for key, value in fixed.items()})
     for constant, numbers in arrays.items():
-        pasted.items += items_of(_array(constant, [f"{one:.9g}" for one in numbers]), name)
+        pasted.items += items_of(_array(constant, [str(np.float32(one)) for one in numbers]), name)
     pasted.add(name, made)
     return _reached(pasted.items, entries, name)
 

@@ -118,6 +118,12 @@ class Recipe:
         return 2 + bool(self.second) + bool(self.extents) if self.held else 1
 
     @property
+    def by_factors(self) -> tuple[str, ...]:
+        """What stands for the call of the pass that shades where another makes factors."""
+        both = any("transmittance_of_sums" in one.functions for one in self.programs)
+        return ("factor", "transmittance") if both else ()
+
+    @property
     def fetching(self) -> tuple[str, ...]:
         """What the include itself calls where it fetches numbers of targets."""
         return BETWEEN if self.side > 1 else ()
@@ -126,8 +132,8 @@ class Recipe:
     def entries(self) -> tuple[str, ...]:
         """What an engine calls, as far as the text has it."""
         if self.programs:
-            own = [one.call.partition("(")[0] for one in self.programs]
-            return tuple(dict.fromkeys(("warped", "accumulate", *own, *_LAST)))
+            own = [function for one in self.programs for function in one.functions]
+            return tuple(dict.fromkeys(("warped", *own, *self.by_factors, *_LAST)))
         if self.state is None:
             return tuple(one for one in ENTRIES if one != "warped" or not self.extents)
         first = (*(["warped"] if self.state.warps else []), "inserted")

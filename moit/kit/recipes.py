@@ -16,7 +16,8 @@ from moit.catalog.network import network_of
 from moit.catalog.renormalised import Renormalised
 from moit.catalog.targets import Target, shipped_targets_of
 from moit.kit.fourier_text import MOST, fourier_text
-from moit.kit.gathered_recipes import anchors, avboit, slices
+from moit.kit.gathered_recipes import avboit, slices
+from moit.kit.keyed_recipes import anchors, front, strong
 from moit.kit.networks import rows_of_moments
 from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab, moments_in_words
 from moit.kit.own_range import LIMITS, WORDS, in_own_range, is_in_own_range
@@ -65,6 +66,8 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         "slices64",
         "slices32(resolution=4,total='full')",
         "anchors4",
+        "strong5",
+        "front2",
         *(_ORDERED_ONES if language != "wgsl" else ()),
     )
 
@@ -425,6 +428,18 @@ _MOMENTS = {
     "trig3": "-{0}.factor0.w",
     "trig4": "-{0}.factor2.y",
 }
+
+
+def _front(technique: Any, depth_range: tuple[float, float]) -> Recipe:
+    if technique.range_per_pixel:
+        why = (
+            "each pixel's own extent needs one more pass over geometry, and a warp that reads it; "
+            "the text warps by two constants"
+        )
+        raise _no_kit(technique, why, f"'{technique.base_name}'")
+    return front(technique, recipe_of(technique.behind, depth_range))
+
+
 _FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
     "wboit": _weighted_blended,
     "weighted-average": _weighted_average,
@@ -446,4 +461,6 @@ _FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
     "avboit": avboit,
     "slices": slices,
     "anchors": anchors,
+    "strong": strong,
+    "front": _front,
 }

@@ -5,20 +5,11 @@ from __future__ import annotations
 from moit.catalog import Technique
 
 _LIST = "it needs a list of each pixel's fragments, and a pass over pixels that sorts this list and"
-_KEYS = (
-    "it needs a pass over geometry that keeps the keys of a pixel's strongest fragments by atomic "
-    "maxima, and one that adds up all others, which knows them"
-)
 _NEEDS = {
     "unsorted": "it is a blend function, one and one-minus-src-alpha, and no more",
     "sorted": f"{_LIST} blends it",
     "deep-shadow": f"{_LIST} compresses its curve to as many nodes as the tolerance takes",
     "transmittance-function-map": f"{_LIST} projects its exact transmittance onto cosines",
-    "strong": _KEYS,
-    "front": (
-        "it needs atomic minima of 64 bits, by which a pass over geometry keeps the nearest "
-        "fragments of a pixel beside sums of moments of all"
-    ),
     "dfa": (
         "it needs a pass over geometry that finds the two nearest fragments of a pixel before one "
         "that adds up all others behind them, for a network"
@@ -28,8 +19,6 @@ _NEAREST = {
     "unsorted": "weighted-average",
     "deep-shadow": "adaptive16",
     "transmittance-function-map": "fourier7",
-    "strong": "neural-bounded6",
-    "front": "hybrid4",
     "dfa": "hybrid4",
 }
 

@@ -51,7 +51,9 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
             "name": "resolve",
             "draws": "the whole picture, once",
             "targets": ["the picture"],
-            "reads": resolved if include.side == 1 else [name for name, _ in include.shaded],
+            "reads": resolved
+            if include.resolve_reads_sums
+            else [name for name, _ in include.shaded],
             "calls": ["moit_resolved"],
             "depth": {"test": None, "write": False},
             "blend": _blend("over"),

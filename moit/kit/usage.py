@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from moit.catalog.targets import Target
-from moit.kit.gathered import SMALL, THREADS, program_lines
+from moit.kit.gathered import SMALL, THREADS, called, program_lines, shading_lines
 from moit.kit.including import Include
 from moit.kit.ordered import ordered_usage
 from moit.kit.rounds import usage_of
@@ -29,7 +29,7 @@ def usage(include: Include) -> dict[str, list[str]]:
     colours = include.shaded[0][0]
     fetched = _fetched(include)
     read = [name for name, _ in include.shaded] if include.held and is_metal else []
-    own = _PIXELS[include.language.name] if include.side > 1 else fetched
+    own = fetched if include.resolve_reads_sums else _PIXELS[include.language.name]
     resolved = ", ".join([*read, own])
     resolve = {"resolve": [f"picture = moit_resolved({resolved});"]}
     if include.shape:
@@ -104,6 +104,8 @@ def usage_text(include: Include) -> str:
 def factors_call(include: Include) -> str:
     """What makes the factors of a pixel."""
     call = f"moit_factor(moit_fetched({_fetched(include)}))"
+    if include.programs:
+        call = _of_arrays(include, "factor({place}, size, {sums})")
     if include.state:
         words = "words, " if include.language.name == "metal" else ""
         call = f"moit_factor_of_words(moit_loaded({words}{_PIXELS[include.language.name]}))"
@@ -129,6 +131,12 @@ DEPTHS = {
 _CHANNELS = {"float": ".x", "vec2": ".xy", "vec4": ""}
 
 
+def _of_arrays(include: Include, call: str) -> str:
+    """A call of what reads arrays, too."""
+    held = [name for name, _ in include.held]
+    return called(include.language.name, call, include.touching, held)
+
+
 def factors_read(include: Include) -> list[str]:
     """What reads the factors of a pixel from textures of their names."""
     name = include.language.name
@@ -145,6 +153,12 @@ def factors_read(include: Include) -> list[str]:
 def factors_shade(include: Include) -> list[str]:
     """The pass that shades a fragment by the factors of its pixel."""
     lines = usage(include)["shading"]
+    if include.programs:
+        shading = include.programs[-1]
+        call = _of_arrays(include, shading.call.replace("_of_sums", "").replace("{sums}", "pixel"))
+        shaded = [name for name, _ in include.shaded]
+        made = shading_lines(include.language.name, shading, call, shaded)
+        return [*factors_read(include), *made]
     if include.state is None:
         return [*factors_read(include), *lines[1:]]
     through = "float through = moit_transmittance(pixel, moit_warped(depth), alpha);"

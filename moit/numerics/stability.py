@@ -35,6 +35,7 @@ from moit.numerics.report import StabilityReport
 from moit.numerics.unlimited import stored_as, unlimited, unlimited_transmittance
 from moit.questions import composite, transmittance
 from moit.system.environment import machine
+from moit.system.files import remove
 from moit.system.progress import Progress, steps
 
 Array = NDArray[Any]
@@ -176,7 +177,7 @@ def clear(folder: str | os.PathLike[str]) -> None:
         path = os.path.join(folder, name)
         for entry in os.scandir(path) if os.path.isdir(path) else ():
             if is_kept(entry.path, "rows"):
-                os.unlink(entry.path)
+                remove(entry.path)
 
 
 def _row(settings: _Settings, index: int, one: Technique, precision: str) -> Row:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import os
 from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from moit.system.files import writing
+from moit.system.files import write_bytes
 
 # Fonts whole, as TrueType: many publishers refuse Type 3. Texts of SVG can be read and searched.
 FILES: dict[str, Any] = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "none"}
@@ -30,8 +31,9 @@ class CleanFigure(Figure):
                 super().savefig(fname, **options)
                 return
             path, options["format"] = self._file(os.fspath(fname), options.get("format"))
-            with writing(path) as file:
-                super().savefig(file, **options)
+            drawn = io.BytesIO()  # whose errors no writer of matplotlib hides behind its own
+            super().savefig(drawn, **options)
+            write_bytes(path, drawn.getvalue())
 
     def _file(self, path: str, kind: str | None) -> tuple[str, str]:
         """What matplotlib calls the file, and its format: that of its ending, or the usual one,

@@ -17,6 +17,9 @@ NO_SPACE = {
     errno.EFBIG: "no space: larger than this process may write",
 }
 
+# How names begin of what is being written.
+PART = ".moit-"
+
 # How often a folder is tried to be put in place, where other processes do the same.
 EXCHANGES = 100
 
@@ -69,7 +72,7 @@ def _target_and_part(path: str | os.PathLike[str]) -> tuple[str, str]:
     if not os.path.isdir(folder):
         raise FileNotFoundError(errno.ENOENT, "there is no such folder", folder)
     ending = os.path.splitext(name)[1]
-    return target, os.path.join(folder, f".moit-{os.urandom(8).hex()}{ending}")
+    return target, os.path.join(folder, f"{PART}{os.urandom(8).hex()}{ending}")
 
 
 def must_be_writable(path: str | os.PathLike[str]) -> None:
@@ -89,6 +92,12 @@ def writing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     """A binary file to write to, which becomes `path` as that of `replacing` does."""
     with replacing(path) as part, open(part, "xb") as file:
         yield file
+
+
+def remove(path: str | os.PathLike[str]) -> None:
+    """Removes a file, which another process may do at the same time."""
+    with suppress(FileNotFoundError):
+        os.unlink(path)
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
@@ -119,7 +128,7 @@ def writing_folder(path: str | os.PathLike[str]) -> Iterator[str]:
     around = os.path.dirname(target)
     if not os.path.isdir(around):
         raise FileNotFoundError(errno.ENOENT, "there is no such folder", around)
-    part = os.path.join(around, f".moit-{os.urandom(8).hex()}")
+    part = os.path.join(around, f"{PART}{os.urandom(8).hex()}")
     old = f"{part}-old"
     try:
         os.mkdir(part)

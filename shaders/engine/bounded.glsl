@@ -17,7 +17,7 @@
 #include "engine/bounded_network.glsl"
 #endif
 
-const int EACH = 9;
+#define EACH 9
 #include "engine/bounded_share.glsl"
 
 // How far moments move toward those of a safe distribution, V2 and V4 (MBOIT's supplement); the

@@ -4,6 +4,7 @@
 #define real float
 #define truth bool
 #define FN
+#define PRECISE
 #define STRUCT(name) struct name
 #define K(x) float(x)
 #define U(x) uint(x)

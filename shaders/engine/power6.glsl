@@ -25,6 +25,7 @@ const float PUBLISHED_BIAS = BY_WORDS(BY_STORAGE(5e-6, 1e-3), 6e-4);
 // Added up: moments times absorbance; absorbance.
 struct sums { vec4 target0; vec2 target1; float target2; };
 
+#include "engine/six_sums.glsl"
 #include "engine/six_moments.glsl"
 
 // Nodes, -b0 log2(e); residues, d.

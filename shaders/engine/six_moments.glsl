@@ -6,15 +6,6 @@ const float V2 = BY_WORDS(0.48, 0.5566);
 const float V4 = BY_WORDS(0.451, 0.489);
 const float V6 = BY_WORDS(0.45, 0.47869382);
 
-sums accumulate(float z, float alpha) {
-    float a = absorbance(alpha), z2 = z * z, z4 = z2 * z2;
-    sums o;
-    o.target0 = vec4(z, z2, z2 * z, z4) * a;
-    o.target1 = vec2(z4 * z, z4 * z2) * a;
-    o.target2 = a;
-    return o;
-}
-
 recurrence3 recurrence_of_sums(sums t) {
     float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(ROUNDING * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * BY_STORAGE(b0, (b0 + g));
@@ -48,5 +39,3 @@ vec2 mass3_at(vec3 nodes, vec3 e, float d, float z) {
     outer = v0 > 0.0 ? outer : 0.0; // else z lies outside all nodes
     return vec2(w, mirrored ? (1.0 - w) - outer : outer);
 }
-
-vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target2); }

@@ -26,11 +26,11 @@ class Picture:
         # the pixel whose numbers a texel has
         self.of_texel = (row[:down, None] * WIDTH + column[:across]).ravel()
 
-    def fragments(self) -> moit.Fragments:
+    def fragments(self, dtype=np.float64) -> moit.Fragments:
         c, n = self.case, self.fragments_there
         return moit.Fragments(
             c.offsets[: self.pixels + 1],
-            *(one[:n].astype(np.float64) for one in (c.depth, c.alpha, c.color)),
+            *(one[:n].astype(dtype) for one in (c.depth, c.alpha, c.color)),
             shape=(self.height, WIDTH),
             depth_range=(0.1, 1000.0),
         )

@@ -197,8 +197,7 @@ def errors(technique, language: str, case: Case) -> tuple[str, np.ndarray]:
     if kit.state:
         return ordered_errors(technique, language, case)
     if kit.programs:
-        found, picture = kit_programs.through(technique, language, case)
-        return "transmittance", np.abs(found - moit.transmittance(picture.fragments(), technique))
+        return "transmittance", gathered_errors(technique, language, case)
     if kit.shape:
         found = {PEELED: _peeled, SAMPLED: _sampled, HASHED: _hashed}[kit.shape]
         error = np.abs(found(technique, language, case) - pictured(technique, case))
@@ -206,6 +205,17 @@ def errors(technique, language: str, case: Case) -> tuple[str, np.ndarray]:
     if kit.held:
         return "transmittance", through_errors(technique, language, case)
     return "colour and coverage", weighted_errors(technique, language, case)
+
+
+def gathered_errors(technique, language: str, case: Case) -> np.ndarray:
+    """Of transmittance by what atomics gather. Where the nearest are taken out of sums of floats,
+    against the core in floats, which a bias is for; of pixels without fragments at one depth, of
+    which the one that comes first is in front."""
+    found, picture = kit_programs.through(technique, language, case)
+    in_floats = technique.kind == "front"
+    fragments = picture.fragments(np.float32 if in_floats else np.float64)
+    error = np.abs(found - moit.transmittance(fragments, technique))
+    return error[_distinct(case)[case.pixel[: len(error)]]] if in_floats else error
 
 
 def ordered_errors(technique, language: str, case: Case) -> tuple[str, np.ndarray]:

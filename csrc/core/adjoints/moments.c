@@ -205,7 +205,7 @@ void moit_moments_weigh_again(const moit_job *job, moit_tile *tile, const moit_a
 /* What pixels let through is the sum's exponential, but of Moment Transparency, which multiplies.
  */
 void moit_moments_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
-    bool multiplies = moit_technique_rows[job->technique->kind].total;
+    bool multiplies = moit_technique_rows[job->technique->kind]->total;
     moit_adjoint_begin(job, tile, by);
     if (multiplies && job->technique->transparency.passes == 2) pull_two_passes(job, tile, by);
     else pull_one_pass(job, tile, by, multiplies);

@@ -11,7 +11,7 @@
 #include <string.h>
 
 const char *moit_moments_gradient_refusal(const moit_technique *technique) {
-    const moit_technique_row *row = &moit_technique_rows[technique->kind];
+    const moit_technique_row *row = moit_technique_rows[technique->kind];
     if (!row->moments || row->pull_back != moit_moments_pull_back)
         return "its moments have none yet";
     if (technique->kind == MOIT_MOMENT_TRANSPARENCY && technique->transparency.passes == 2)
@@ -251,7 +251,7 @@ static pulling pulling_of(const moit_technique *technique, const moit_moment_arr
                      .pixels = given->pixels,
                      .depths = given->depths,
                      .given = given,
-                     .scales = moit_technique_rows[technique->kind].scales_alpha,
+                     .scales = moit_technique_rows[technique->kind]->scales_alpha,
                      .out = out};
 }
 

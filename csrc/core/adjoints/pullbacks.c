@@ -9,10 +9,10 @@
 #include <string.h>
 
 static const moit_technique_row *row_of(const moit_technique *technique) {
-    return &moit_technique_rows[technique->kind];
+    return moit_technique_rows[technique->kind];
 }
 
-bool moit_has_gradient(moit_kind kind) { return moit_technique_rows[kind].pull_back; }
+bool moit_has_gradient(moit_kind kind) { return moit_technique_rows[kind]->pull_back; }
 
 const char *moit_gradient_refusal(const moit_technique *technique) {
     const moit_technique_row *row = row_of(technique);

@@ -40,13 +40,13 @@ moit_readings moit_readings_of(const moit_job *job, const moit_tile *tile, const
 }
 
 double moit_absorbance_slope(const moit_technique *technique, double most, double alpha) {
-    if (moit_technique_rows[technique->kind].scales_alpha) return most / (1.0 - most * alpha);
+    if (moit_technique_rows[technique->kind]->scales_alpha) return most / (1.0 - most * alpha);
     return alpha > most ? 0.0 : 1.0 / (1.0 - alpha);
 }
 
 void moit_adjoint_of_absorbance(const moit_job *job, const moit_tile *tile,
                                 const moit_adjoint *by) {
     moit_tile_adjoints_of(job->run->isa)
-        ->pull_absorbance(tile->fragments, moit_technique_rows[job->technique->kind].scales_alpha,
+        ->pull_absorbance(tile->fragments, moit_technique_rows[job->technique->kind]->scales_alpha,
                           job->max_alpha, tile->alpha, by->work[2], by->alpha);
 }

@@ -5,7 +5,7 @@
 #include <string.h>
 
 static const moit_technique_row *row_of(const moit_technique *technique) {
-    return &moit_technique_rows[technique->kind];
+    return moit_technique_rows[technique->kind];
 }
 
 static moit_job wide_job(const moit_job *job, moit_fragments *wide) {

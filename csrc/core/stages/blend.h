@@ -6,15 +6,15 @@
 /* Products of 1 - alpha in `through`, and in `sum` sums of alpha, or of alpha times weight. */
 FN void sum_pixels(int pixels, const int32_t *offsets, const SCALAR *alpha, const SCALAR *weight,
                    double *through, double *sum) {
-#define OF_FOUR(four) \
+#define OF_FOUR(four, most, equal) \
     do { \
         quad left = QUAD(1.0), s = {0}; \
-        for (int i = 0; i < (four)->count; i += 4) { \
+        for (int i = 0; i < (most); i += 4) { \
             four_numbers a[4], w[4] = {{0}}; \
             rows_of_four(four, alpha, i, a); \
             if (sum && weight) rows_of_four(four, weight, i, w); \
             for (int j = 0; j < 4; ++j) { \
-                if (i + j == (four)->count) break; \
+                if (i + j == (most)) break; \
                 quad own = quad_from(a[j]); \
                 if (through) left *= 1.0 - own; \
                 if (sum) s += weight ? own * quad_from(w[j]) : own; \
@@ -55,6 +55,41 @@ static void products_and_sums_stage(int pixels, const int32_t *offsets, const vo
     else sum_pixels(pixels, offsets, alpha, NULL, total, sum);
 }
 
+#ifdef RULES /* double tables only */
+#include "core/elementary_lanes.h"
+
+/* -expm1(n log1p(-mean)) of 0 <= mean < 1. */
+FN real covered_by_layers(real mean, real n) {
+    pair through = exact_sum(K(1.0), -mean);
+    real absorbed = select(mean < 0x1p-54, -mean, logarithm_of(through.high, through.low, K(0.0)));
+    real x = n * absorbed;
+    real covered = -power_less_one(max(x, K(-50.0)));
+    covered = select(x < -40.0, K(1.0), covered);
+    return select(x > -0x1p-54, -x, covered);
+}
+
+/* As moit_averaged_coverage says. */
+FN real averaged_coverage(real sum, real n) {
+    real mean = select(n > 0.0, sum / max(n, K(0x1p-1022)), K(0.0));
+    real within_one = select(mean < 1.0, mean, K(0.0));
+    real covered = select(mean < 1.0, covered_by_layers(within_one, n), K(1.0));
+    covered = select(BOTH(covered > sum, n >= 1.0), sum, covered);
+    return select((sum < 0x1p-60) | BOTH(n == 1.0, sum < 1.0), sum, covered);
+}
+
+static void averaged_coverage_stage(int pixels, const double *sum, const double *n,
+                                    double *covered) {
+    for (int p = 0; p < pixels; p += LANES)
+        store_at_most(
+            covered + p,
+            averaged_coverage(load_at_most(sum + p, pixels - p), load_at_most(n + p, pixels - p)),
+            pixels - p);
+}
+#define AVERAGED_COVERAGE_STAGE averaged_coverage_stage
+#else
+#define AVERAGED_COVERAGE_STAGE NULL
+#endif
+
 static void spread_stage(int pixels, const int32_t *offsets, const double *factor,
                          const void *weight_, void *T_) {
     const SCALAR *weight = weight_;
@@ -68,12 +103,12 @@ static void spread_stage(int pixels, const int32_t *offsets, const double *facto
         }
 }
 
-/* What the spread gives four fragments of a pixel, as T holds it. */
-FN quad spread_of_four(double factor, quad weight) {
+/* What the spread gives, as T holds it. */
+FN quad spread_of_four(quad factor, quad weight) {
     const quad most = QUAD(BY_PRECISION((double)__FLT_MAX__, __DBL_MAX__));
-    quad share = four_of(factor) * weight;
+    quad share = factor * weight;
     share = quad_select(share < most, share, most);
-    if (factor == 0.0) share = QUAD(1.0);
+    share = quad_select(factor == 0.0, QUAD(1.0), share);
     return quad_from(__builtin_convertvector(share, four_numbers));
 }
 
@@ -84,134 +119,208 @@ FN quad colour_and_one(const SCALAR *color, bool last) {
     return with_last(load_quad(color), one);
 }
 
-/* What is blended: T of each fragment, or what spreads a factor of each pixel, by weights or not.
- * `coloured`, `emits` and `from`, which are constants wherever this is used, say what is there. */
-enum { FROM_T, FROM_FACTOR, FROM_WEIGHT };
+/* What is blended: T of each fragment, or what spreads a factor of each pixel, by weights or not,
+ * or such that they sum to what all cover, or what fragments let through in the order of their
+ * arrival or of their depth: then they are found here. `coloured`, `emits` and `from`, which are
+ * constants wherever this is used, say what is there. */
+enum { FROM_T, FROM_FACTOR, FROM_WEIGHT, FROM_COVERED, FROM_ARRIVAL, FROM_RANK };
 
 typedef struct {
     int from;
     bool coloured, emits;
     const SCALAR *alpha, *emission, *T, *color, *weight;
     const double *factor;
+    const int32_t *rank;
+    double *total;
 } blended;
 
-/* alpha T of four fragments from `i` on; emitted: emission T. */
-FN quad weights_of_four(const blended *x, int p, int i, quad *emitted) {
-    quad T;
-    if (x->from == FROM_T) T = load_quad(x->T + i);
-    else
-        T = spread_of_four(x->factor[p],
-                           x->from == FROM_WEIGHT ? load_quad(x->weight + i) : QUAD(1.0));
-    if (x->emits) *emitted = load_quad(x->emission + i) * T;
-    return load_quad(x->alpha + i) * T;
-}
-
-/* alpha T of n fragments from `i` on, up to three more, in memory: loading a number into all lanes
- * is cheaper there than moving it between them. */
+/* alpha T of the group's fragments, a row of four for each; of an order by rank. */
 typedef struct {
-    double own[COUNTS];
+    quad own[COUNTS];
 } held_weights;
 
-FN void hold_weights(const blended *x, int p, int i, const int n, held_weights *w) {
-    for (int k = 0; k < n; k += 4) {
-        quad emitted, own = weights_of_four(x, p, i + k, &emitted);
-        memcpy(w->own + k, &own, sizeof own);
+FN void hold_passed(const blended *x, const four_pixels *four, const int most, held_weights *w) {
+    quad left = QUAD(1.0);
+    for (int i = (most - 1) & ~3; i >= 0; i -= 4) {
+        four_numbers a[4];
+        rows_of_four(four, x->alpha, i, a);
+        for (int j = 3; j >= 0; --j) {
+            if (i + j >= most) continue;
+            quad own = quad_from(a[j]);
+            w->own[i + j] = own * quad_from(__builtin_convertvector(left, four_numbers));
+            left *= 1.0 - own;
+        }
     }
-    __asm__("" : "+m"(*w)); /* or the compiler moves them between lanes after all */
+    put_of_four(four, x->total, left);
 }
 
-FN quad with_emission(const blended *x, quad own, quad emitted) {
-    return x->emits ? with_last(emitted, own) : own;
+FN void hold_ranked(const blended *x, const four_pixels *four, const int most, held_weights *w) {
+    SCALAR ranked[4][COUNTS];
+    quad left = QUAD(1.0);
+    for (int lane = 0; lane < 4; ++lane) {
+        int start = four->start[lane], count = four->equal ? most : four->count[lane];
+        for (int i = 0; i < count; ++i) ranked[lane][x->rank[start + i]] = x->alpha[start + i];
+        for (int i = count; i < most; ++i) ranked[lane][i] = 0;
+    }
+    for (int i = 0; i < most; ++i) {
+        quad own =
+            quad_from((four_numbers){ranked[0][i], ranked[1][i], ranked[2][i], ranked[3][i]});
+        w->own[i] = own * quad_from(__builtin_convertvector(left, four_numbers));
+        left *= 1.0 - own;
+    }
+    put_of_four(four, x->total, left);
 }
 
-FN quad colour_of(const blended *x, int i, bool last) {
-    return x->coloured ? colour_and_one(x->color + 3 * i, last) : (quad){0, 0, 0, 1};
+/* What a weight of 1 counts where `sum` is the pixel's, as weighted.c has it. */
+FN quad share_of_sum(quad covered, quad sum) {
+    const quad most = QUAD(__DBL_MAX__), one = QUAD(1.0);
+    quad_truth any = sum > 0.0;
+    quad share = covered / quad_select(any, sum, one);
+    share = quad_select(share < most, share, most);
+    return quad_select(any, share, quad_select(covered > 0.0, one, (quad){0}));
 }
 
-FN quad held_added(const blended *x, const held_weights *w, int i, int k) {
-    return four_of(w->own[k]) * colour_of(x, i + k, false);
+FN void hold_covered(const blended *x, const four_pixels *four, const int most, held_weights *w) {
+    quad left = QUAD(1.0), sum = {0}, given[COUNTS];
+    for (int i = 0; i < most; i += 4) {
+        four_numbers a[4], weight[4];
+        rows_of_four(four, x->alpha, i, a);
+        rows_of_four(four, x->weight, i, weight);
+        for (int j = 0; j < 4; ++j) {
+            if (i + j == most) break;
+            quad own = quad_from(a[j]);
+            given[i + j] = quad_from(weight[j]);
+            w->own[i + j] = own;
+            left *= 1.0 - own;
+            sum += own * given[i + j];
+        }
+    }
+    put_of_four(four, x->total, left);
+    quad factor = share_of_sum(1.0 - left, sum);
+    for (int i = 0; i < most; ++i) w->own[i] *= spread_of_four(factor, given[i]);
 }
 
-/* One pixel of any number; last: its fragments are the arrays' last. */
+FN void hold_spread(const blended *x, const four_pixels *four, const int most, held_weights *w) {
+    quad factor = QUAD(1.0), T = factor;
+    if (x->from != FROM_T) factor = of_four(four, x->factor);
+    if (x->from == FROM_FACTOR) T = spread_of_four(factor, T);
+    for (int i = 0; i < most; i += 4) {
+        four_numbers a[4], given[4];
+        rows_of_four(four, x->alpha, i, a);
+        if (x->from == FROM_T) rows_of_four(four, x->T, i, given);
+        if (x->from == FROM_WEIGHT) rows_of_four(four, x->weight, i, given);
+        for (int j = 0; j < 4; ++j) {
+            if (i + j == most) break;
+            if (x->from == FROM_T) T = quad_from(given[j]);
+            if (x->from == FROM_WEIGHT) T = spread_of_four(factor, quad_from(given[j]));
+            w->own[i + j] = quad_from(a[j]) * T;
+        }
+    }
+}
+
+/* A weight is loaded into all lanes: cheaper than moving it between them. */
+FN quad weighted_colour(const blended *x, const double *w, const SCALAR *color, const int32_t *rank,
+                        int k) {
+    return four_of(w[4 * (x->from == FROM_RANK ? rank[k] : k)])
+           * colour_and_one(color + 3 * k, false);
+}
+
+FN void blend_four(const blended *x, const four_pixels *four, const int most, const bool equal,
+                   int end, double *sum) {
+    held_weights w;
+    quad s[4] = {{0}};
+    const SCALAR *color[4];
+    const int32_t *rank[4];
+    bool together = equal;
+    for (int lane = 0; lane < 4; ++lane) {
+        color[lane] = x->color + 3 * four->start[lane];
+        rank[lane] = x->from == FROM_RANK ? x->rank + four->start[lane] : NULL;
+    }
+    if (!equal && x->from != FROM_RANK) /* colours of others count nothing */
+        together = (four->start[0] + most < end) & (four->start[1] + most < end)
+                   & (four->start[2] + most < end) & (four->start[3] + most < end);
+    if (x->from == FROM_ARRIVAL) hold_passed(x, four, most, &w);
+    else if (x->from == FROM_RANK) hold_ranked(x, four, most, &w);
+    else if (x->from == FROM_COVERED) hold_covered(x, four, most, &w);
+    else hold_spread(x, four, most, &w);
+    __asm__("" : "+m"(w)); /* or the compiler moves them between lanes after all */
+    const double *own = (const double *)w.own;
+    if (together) { /* one's sums need not wait for another's */
+        for (int k = 0; k < most; ++k)
+            for (int lane = 0; lane < 4; ++lane)
+                s[lane] += weighted_colour(x, own + lane, color[lane], rank[lane], k);
+    } else {
+        for (int lane = 0; lane < 4; ++lane)
+            for (int k = 0; k < four->count[lane]; ++k)
+                s[lane] += weighted_colour(x, own + lane, color[lane], rank[lane], k);
+    }
+    for (int lane = 0; lane < four->there; ++lane)
+        memcpy(sum + 4 * four->pixel[lane], s + lane, sizeof *s);
+}
+
+/* One pixel of any number; last: its fragments are the arrays' last. Of T, or what is spread. */
 FN void blend_pixel(const blended *x, int p, const int32_t *offsets, bool last, double *sum) {
     quad s = {0};
     int end = offsets[p + 1];
     for (int i = offsets[p]; i < end; ++i) {
         quad T;
-        if (x->from == FROM_T) T = quad_of(x->T[i]);
-        else
-            T = spread_of_four(x->factor[p],
+        if (x->from == FROM_FACTOR || x->from == FROM_WEIGHT)
+            T = spread_of_four(four_of(x->factor[p]),
                                x->from == FROM_WEIGHT ? quad_of(x->weight[i]) : QUAD(1.0));
-        quad own = quad_of(x->alpha[i]) * T, emitted = own;
-        if (x->emits) emitted = quad_of(x->emission[i]) * T;
-        s += with_emission(x, own, emitted) * colour_of(x, i, last && i + 1 == end);
+        else T = quad_of(x->T[i]);
+        quad own = quad_of(x->alpha[i]) * T, weight = own, colour = {0, 0, 0, 1};
+        if (x->emits) weight = with_last(quad_of(x->emission[i]) * T, own);
+        if (x->coloured) colour = colour_and_one(x->color + 3 * i, last && i + 1 == end);
+        s += weight * colour;
     }
     memcpy(sum + 4 * p, &s, sizeof s);
 }
 
-/* Two pixels of n fragments each, that vectors of four may read beyond: one's sums need not wait
- * for the other's. */
-FN void blend_two_pixels(const blended *x, const int n, int p, int q, const int32_t *offsets,
-                         double *sum) {
-    held_weights w, v;
-    quad s = {0}, t = {0};
-    int i = offsets[p], j = offsets[q];
-    hold_weights(x, p, i, n, &w);
-    hold_weights(x, q, j, n, &v);
-    for (int k = 0; k < n; ++k) {
-        s += held_added(x, &w, i, k);
-        t += held_added(x, &v, j, k);
+/* T of one pixel's fragments whose weights sum to what all cover, and its total. */
+FN void spread_in_pixel(const blended *x, int p, const int32_t *offsets, SCALAR *T) {
+    double left = 1.0, sum = 0.0;
+    for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
+        double own = (double)x->alpha[i];
+        left *= 1.0 - own;
+        sum += own * (double)x->weight[i];
     }
-    memcpy(sum + 4 * p, &s, sizeof s);
-    memcpy(sum + 4 * q, &t, sizeof t);
+    x->total[p] = left;
+    quad factor = share_of_sum(four_of(1.0 - left), four_of(sum));
+    for (int i = offsets[p]; i < offsets[p + 1]; ++i)
+        T[i] = (SCALAR)spread_of_four(factor, quad_of(x->weight[i]))[0];
 }
 
-/* Processors guess the end of a loop over few fragments wrong, so the first ones of a pixel are
- * added whether they are there or not, then with no weight. */
-enum { FIRST_ONES = 8 };
+/* Colours come from memory, and are most of what does: those of the next tile, which lie behind
+ * this one's, are asked for while this one's are blended. */
+typedef struct {
+    const char *next;
+} fetched;
 
-FN void blend_few(const blended *x, int p, const int32_t *offsets, double *sum) {
-    held_weights w;
-    int i = offsets[p], n = offsets[p + 1] - i;
-    const quad_truth count = (quad_truth){0} + n, place = {0, 1, 2, 3};
-    quad s = {0}, emitted;
-    for (int k = 0; k < FIRST_ONES; k += 4) {
-        quad own = weights_of_four(x, p, i + k, &emitted);
-        own = (quad)((quad_truth)own & (place + k < count));
-        memcpy(w.own + k, &own, sizeof own);
-    }
-    __asm__("" : "+m"(w));
-    for (int k = 0; k < FIRST_ONES; ++k) s += held_added(x, &w, i, k);
-    for (int k = FIRST_ONES; k < n; k += 4) {
-        int some = n - k < 4 ? n - k : 4;
-        quad own = weights_of_four(x, p, i + k, &emitted);
-        memcpy(w.own, &own, sizeof own);
-        __asm__("" : "+m"(w));
-        for (int l = 0; l < some; ++l) s += four_of(w.own[l]) * colour_of(x, i + k + l, false);
-    }
-    memcpy(sum + 4 * p, &s, sizeof s);
+FN void fetch_ahead(fetched *f, int fragments) {
+    const char *end = f->next + 3 * sizeof(SCALAR) * (size_t)fragments;
+    for (; f->next < end; f->next += 64) __builtin_prefetch(f->next, 0, 2);
 }
 
-/* How many fragments all pixels from `first` to before `end` have; -1: not the same. */
-FN int equal_count(int first, int end, const int32_t *offsets) {
-    int n = offsets[first + 1] - offsets[first], differ = 0;
-    for (int p = first; p < end; ++p) differ |= (offsets[p + 1] - offsets[p]) ^ n;
-    return differ ? -1 : n;
-}
-
-/* In order of memory: colours are read for the first time here, and are most of what is read. */
-FN void blend_plain(const blended x_, int pixels, const int32_t *offsets, double *sum) {
+FN void blend_few(const blended x_, int pixels, const int32_t *offsets, SCALAR *T, int32_t *order,
+                  double *sum) {
     const blended *x = &x_;
-    int within = pixels, p = 0, end = offsets[pixels];
-    while (within > 0 && offsets[within] + FIRST_ONES >= end) --within;
-    int n = within > 1 ? equal_count(0, within, offsets) : -1;
-    if (n == 1)
-        for (; p + 2 <= within; p += 2) blend_two_pixels(x, 1, p, p + 1, offsets, sum);
-    else if (n > 1 && n < COUNTS)
-        for (; p + 2 <= within; p += 2) blend_two_pixels(x, n, p, p + 1, offsets, sum);
-    else if (end < 16 * pixels)
-        for (; p < within; ++p) blend_few(x, p, offsets, sum);
-    for (; p < pixels; ++p) blend_pixel(x, p, offsets, offsets[p + 1] == end, sum);
+    fetched ahead = {(const char *)(x->color + 3 * offsets[pixels])};
+#define OF_FOUR(four, most, equal) \
+    do { \
+        fetch_ahead(&ahead, 4 * (most)); \
+        blend_four(x, four, most, equal, offsets[pixels], sum); \
+    } while (0)
+#define OF_ONE(p) \
+    do { \
+        if (x->from == FROM_ARRIVAL) x->total[p] = passed_in_arrival(p, offsets, x->alpha, T); \
+        if (x->from == FROM_COVERED) spread_in_pixel(x, p, offsets, T); \
+        if (x->from == FROM_RANK) \
+            x->total[p] = passed_in_order(p, offsets, x->alpha, x->rank, order, T); \
+        blend_pixel(x, p, offsets, offsets[(p) + 1] == offsets[pixels], sum); \
+    } while (0)
+    EACH_OF_EQUAL_COUNTS(pixels, offsets, OF_FOUR, OF_ONE);
+#undef OF_FOUR
+#undef OF_ONE
 }
 
 FN void blend_pixels(const blended x, int pixels, const int32_t *offsets, double *sum) {
@@ -219,20 +328,41 @@ FN void blend_pixels(const blended x, int pixels, const int32_t *offsets, double
         blend_pixel(&x, p, offsets, offsets[p + 1] == offsets[pixels], sum);
 }
 
-#define BLEND_PIXELS(coloured, emits) \
-    blend_pixels((blended){from, coloured, emits, alpha, emission, T, color, weight, factor}, \
-                 pixels, offsets, sum)
+/* What is found here: T and `order` are scratch. */
+static void covered_blend_stage(int pixels, const int32_t *offsets, const void *alpha,
+                                const void *weight, const void *color, void *T, double *total,
+                                double *sum) {
+    blend_few((blended){FROM_COVERED, true, false, .alpha = alpha, .T = T, .color = color,
+                        .weight = weight, .total = total},
+              pixels, offsets, T, NULL, sum);
+}
+
+static void arrival_blend_stage(int pixels, const int32_t *offsets, const void *alpha,
+                                const void *color, void *T, double *total, double *sum) {
+    blend_few((blended){FROM_ARRIVAL, true, false, .alpha = alpha, .T = T, .color = color,
+                        .total = total},
+              pixels, offsets, T, NULL, sum);
+}
+
+static void ranked_blend_stage(int pixels, const int32_t *offsets, const void *alpha,
+                               const void *color, const int32_t *rank, int32_t *order, void *T,
+                               double *total, double *sum) {
+    blend_few((blended){FROM_RANK, true, false, .alpha = alpha, .T = T, .color = color,
+                        .rank = rank, .total = total},
+              pixels, offsets, T, order, sum);
+}
+
+#define BLENDED(coloured, emits) \
+    (blended) { .from = from, coloured, emits, alpha, emission, T, color, weight, factor }
 FN void blend_by(const int from, int pixels, const int32_t *offsets, const SCALAR *alpha,
                  const SCALAR *emission, const SCALAR *T, const SCALAR *weight,
                  const double *factor, const SCALAR *color, double *sum) {
     if (emission == alpha) {
-        if (color)
-            blend_plain((blended){from, true, false, alpha, emission, T, color, weight, factor},
-                        pixels, offsets, sum);
-        else BLEND_PIXELS(false, false);
+        if (color) blend_few(BLENDED(true, false), pixels, offsets, NULL, NULL, sum);
+        else blend_pixels(BLENDED(false, false), pixels, offsets, sum);
     } else {
-        if (color) BLEND_PIXELS(true, true);
-        else BLEND_PIXELS(false, true);
+        if (color) blend_pixels(BLENDED(true, true), pixels, offsets, sum);
+        else blend_pixels(BLENDED(false, true), pixels, offsets, sum);
     }
 }
 

@@ -51,32 +51,55 @@ static void merged_ranks(int n, const SCALAR *depth, int32_t *rank, int32_t *scr
     if (to != rank) memcpy(rank, to, (size_t)n * sizeof *rank);
 }
 
-/* Ranks of LANES pixels of n fragments each, n at most COUNTED_IN_LANES: how many lie in front is
- * counted for both of each pair at once. */
+/* Ranks of LANES pixels of at most COUNTED_IN_LANES fragments each: how many lie in front is
+ * counted for both of each pair at once. Beyond a pixel's last they are infinitely far. */
 enum { COUNTED_IN_LANES = 32 };
 
 typedef struct {
-    int32_t start[LANES];
-    int there;
+    int32_t start[LANES], count[LANES];
+    int there, most;
 } pixels_in_lanes;
 
-FN void ranks_in_lanes(const pixels_in_lanes *at, int n, const SCALAR *depth, int32_t *rank) {
-    real own[COUNTED_IN_LANES];
+FN pixels_in_lanes pixels_in_lanes_at(const equal_counts *by, int k, int end) {
+    pixels_in_lanes at = {.there = end - k < LANES ? end - k : LANES};
+    for (int lane = 0; lane < LANES; ++lane) {
+        int one = lane < at.there ? k + lane : k;
+        at.start[lane] = by->start[one];
+        at.count[lane] = by->count[one];
+    }
+    at.most = at.count[at.there - 1];
+    return at;
+}
+
+FN void ranks_in_lanes(const pixels_in_lanes *at, const SCALAR *depth, int32_t *rank) {
+    SCALAR own[COUNTED_IN_LANES][LANES];
+    bits found[COUNTED_IN_LANES][LANES];
     truth count[COUNTED_IN_LANES];
+    const int n = at->most;
+    for (int lane = 0; lane < LANES; ++lane) {
+        const SCALAR *of_pixel = depth + at->start[lane];
+        for (int i = 0; i < at->count[lane]; ++i) own[i][lane] = of_pixel[i];
+        for (int i = at->count[lane]; i < n; ++i) own[i][lane] = (SCALAR)__builtin_inf();
+    }
     for (int i = 0; i < n; ++i) {
-        for (int lane = 0; lane < LANES; ++lane) own[i][lane] = depth[at->start[lane] + i];
-        /* NaN goes last, as above */
-        own[i] = select(own[i] == own[i], own[i], K(__builtin_inf()));
+        real d = load(own[i]); /* NaN goes last, as above */
+        store(own[i], select(d == d, d, K(__builtin_inf())));
         count[i] = (truth){0} + (bits)(n - 1 - i);
     }
-    for (int i = 1; i < n; ++i)
+    for (int i = 1; i < n; ++i) {
+        real d = load(own[i]);
+        truth behind = count[i];
         for (int j = 0; j < i; ++j) {
-            truth before = own[j] <= own[i]; /* -1 where j lies in front of i */
-            count[i] -= before;
+            truth before = load(own[j]) <= d; /* -1 where j lies in front of i */
+            behind -= before;
             count[j] += before;
         }
+        count[i] = behind;
+    }
+    memcpy(found, count, (size_t)n * sizeof *count);
     for (int lane = 0; lane < at->there; ++lane)
-        for (int i = 0; i < n; ++i) rank[at->start[lane] + i] = (int32_t)count[i][lane];
+        for (int i = 0; i < at->count[lane]; ++i)
+            rank[at->start[lane] + i] = (int32_t)found[i][lane];
 }
 
 static void ranks_of_pixel(int n, const SCALAR *depth, int32_t *rank, int32_t *scratch) {
@@ -92,60 +115,68 @@ static void depth_ranks_stage(int pixels, const int32_t *offsets, const void *de
         int end = begin + ORDERED_PIXELS < pixels ? begin + ORDERED_PIXELS : pixels;
         touch(depth + offsets[begin], depth + offsets[end]);
         order_by_count(&by, begin, end, offsets);
-        for (int k = by.first[1]; k < by.first[2]; ++k) rank[offsets[by.place[k]]] = 0;
-        for (int n = 2; n <= COUNTED_IN_LANES; ++n)
-            for (int k = by.first[n]; k < by.first[n + 1]; k += LANES) {
-                pixels_in_lanes at = {.there = by.first[n + 1] - k};
-                if (at.there > LANES) at.there = LANES;
-                for (int lane = 0; lane < LANES; ++lane)
-                    at.start[lane] = offsets[by.place[lane < at.there ? k + lane : k]];
-                ranks_in_lanes(&at, n, depth, rank);
-            }
+        for (int k = by.first[1]; k < by.first[2]; ++k) rank[by.start[k]] = 0;
+        for (int k = by.first[2], few = by.first[COUNTED_IN_LANES + 1]; k < few; k += LANES) {
+            pixels_in_lanes at = pixels_in_lanes_at(&by, k, few);
+            ranks_in_lanes(&at, depth, rank);
+        }
         for (int k = by.first[COUNTED_IN_LANES + 1]; k < by.first[COUNTS]; ++k) {
-            int start = offsets[by.place[k]], n = offsets[by.place[k] + 1] - start;
+            int start = by.start[k], n = by.count[k];
             ranks_of_pixel(n, depth + start, rank + start, scratch);
         }
     }
 }
 
-/* In double: this is what everything else is held against. */
+/* T of one pixel's fragments and what all let through, by their ranks or by arrival. In double:
+ * this is what everything else is held against. */
+FN double passed_in_order(int p, const int32_t *offsets, const SCALAR *alpha, const int32_t *rank,
+                          int32_t *order, SCALAR *T) {
+    int start = offsets[p], n = offsets[p + 1] - start;
+    for (int i = 0; i < n; ++i) order[rank[start + i]] = start + i;
+    double through = 1.0;
+    for (int k = 0; k < n; ++k) {
+        T[order[k]] = (SCALAR)through;
+        through *= 1.0 - (double)alpha[order[k]];
+    }
+    return through;
+}
+
+FN double passed_in_arrival(int p, const int32_t *offsets, const SCALAR *alpha, SCALAR *T) {
+    double through = 1.0;
+    for (int i = offsets[p + 1]; i-- > offsets[p];) {
+        T[i] = (SCALAR)through;
+        through *= 1.0 - (double)alpha[i];
+    }
+    return through;
+}
+
 static void ranked_transmittance_stage(int pixels, const int32_t *offsets, const void *alpha_,
                                        const int32_t *rank, int32_t *order, void *T_,
                                        double *total) {
     const SCALAR *alpha = alpha_;
     SCALAR *T = T_;
-#define OF_FOUR(four) \
+#define OF_FOUR(four, most, equal) \
     do { \
         SCALAR ranked[4][COUNTS], seen[COUNTS][4]; \
         quad left = QUAD(1.0); \
         for (int lane = 0; lane < 4; ++lane) { \
-            int start = (four)->start[lane]; \
-            for (int i = 0; i < (four)->count; ++i) \
-                ranked[lane][rank[start + i]] = alpha[start + i]; \
+            int start = (four)->start[lane], count = (equal) ? (most) : (four)->count[lane]; \
+            for (int i = 0; i < count; ++i) ranked[lane][rank[start + i]] = alpha[start + i]; \
+            for (int i = count; i < (most); ++i) ranked[lane][i] = 0; \
         } \
-        for (int i = 0; i < (four)->count; ++i) { \
+        for (int i = 0; i < (most); ++i) { \
             four_numbers a = {ranked[0][i], ranked[1][i], ranked[2][i], ranked[3][i]}; \
             four_numbers through = __builtin_convertvector(left, four_numbers); \
             memcpy(seen[i], &through, sizeof through); \
             left *= 1.0 - quad_from(a); \
         } \
         for (int lane = 0; lane < (four)->there; ++lane) { \
-            int start = (four)->start[lane]; \
-            for (int i = 0; i < (four)->count; ++i) T[start + i] = seen[rank[start + i]][lane]; \
+            int start = (four)->start[lane], count = (equal) ? (most) : (four)->count[lane]; \
+            for (int i = 0; i < count; ++i) T[start + i] = seen[rank[start + i]][lane]; \
         } \
         put_of_four(four, total, left); \
     } while (0)
-#define OF_ONE(p) \
-    do { \
-        int start = offsets[p], n = offsets[(p) + 1] - start; \
-        for (int i = 0; i < n; ++i) order[rank[start + i]] = start + i; \
-        double through = 1.0; \
-        for (int k = 0; k < n; ++k) { \
-            T[order[k]] = (SCALAR)through; \
-            through *= 1.0 - (double)alpha[order[k]]; \
-        } \
-        total[p] = through; \
-    } while (0)
+#define OF_ONE(p) total[p] = passed_in_order(p, offsets, alpha, rank, order, T)
     EACH_OF_EQUAL_COUNTS(pixels, offsets, OF_FOUR, OF_ONE);
 #undef OF_FOUR
 #undef OF_ONE
@@ -155,14 +186,14 @@ static void arrival_transmittance_stage(int pixels, const int32_t *offsets, cons
                                         void *T_, double *total) {
     const SCALAR *alpha = alpha_;
     SCALAR *T = T_;
-#define OF_FOUR(four) \
+#define OF_FOUR(four, most, equal) \
     do { \
         quad left = QUAD(1.0); \
-        for (int i = ((four)->count - 1) & ~3; i >= 0; i -= 4) { \
+        for (int i = ((most)-1) & ~3; i >= 0; i -= 4) { \
             four_numbers a[4], seen[4] = {{0}}; \
             rows_of_four(four, alpha, i, a); \
             for (int j = 3; j >= 0; --j) { \
-                if (i + j >= (four)->count) continue; \
+                if (i + j >= (most)) continue; \
                 seen[j] = __builtin_convertvector(left, four_numbers); \
                 left *= 1.0 - quad_from(a[j]); \
             } \
@@ -170,15 +201,7 @@ static void arrival_transmittance_stage(int pixels, const int32_t *offsets, cons
         } \
         put_of_four(four, total, left); \
     } while (0)
-#define OF_ONE(p) \
-    do { \
-        double through = 1.0; \
-        for (int i = offsets[(p) + 1]; i-- > offsets[p];) { \
-            T[i] = (SCALAR)through; \
-            through *= 1.0 - (double)alpha[i]; \
-        } \
-        total[p] = through; \
-    } while (0)
+#define OF_ONE(p) total[p] = passed_in_arrival(p, offsets, alpha, T)
     EACH_OF_EQUAL_COUNTS(pixels, offsets, OF_FOUR, OF_ONE);
 #undef OF_FOUR
 #undef OF_ONE

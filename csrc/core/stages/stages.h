@@ -241,9 +241,16 @@ typedef struct moit_stages {
                         int32_t *scratch);
     void (*ranked_transmittance)(int pixels, const int32_t *offsets, const void *alpha,
                                  const int32_t *rank, int32_t *scratch, void *T, double *total);
+    /* The same of what nobody else asks for T of, with what `blend` makes of it. T is scratch. */
+    void (*ranked_blend)(int pixels, const int32_t *offsets, const void *alpha, const void *color,
+                         const int32_t *rank, int32_t *scratch, void *T, double *total,
+                         double *sum);
     /* T when each fragment is laid over those that arrived before it. */
     void (*arrival_transmittance)(int pixels, const int32_t *offsets, const void *alpha, void *T,
                                   double *total);
+    /* The same of what nobody else asks for T of. */
+    void (*arrival_blend)(int pixels, const int32_t *offsets, const void *alpha, const void *color,
+                          void *T, double *total, double *sum);
     /* Products of 1 - alpha. */
     void (*products)(int pixels, const int32_t *offsets, const void *alpha, double *total);
     /* Sums of alpha, or of alpha times weight (NULL: 1). */
@@ -252,6 +259,12 @@ typedef struct moit_stages {
     /* Both; weight: NULL, 1. */
     void (*products_and_sums)(int pixels, const int32_t *offsets, const void *alpha,
                               const void *weight, double *total, double *sum);
+    /* What n layers of the mean of this sum of alpha cover (table.h). Double tables only. */
+    void (*averaged_coverage)(int pixels, const double *sum, const double *n, double *covered);
+    /* What `blend` makes of weights times one factor a pixel, with which they sum to what all
+     * cover, and the products. T is scratch. */
+    void (*covered_blend)(int pixels, const int32_t *offsets, const void *alpha, const void *weight,
+                          const void *color, void *T, double *total, double *sum);
     /* Products of 1 - alpha in a byte of 255 steps, rounded at every fragment as it arrives. */
     void (*revealage)(int pixels, const int32_t *offsets, const void *alpha, double *total);
     /* Per pixel (r, g, b, w), the sum of weight (emission color, alpha), in half floats, rounded

@@ -143,3 +143,17 @@ static void answer(const moit_job *job, moit_tile *tile, void *T) {
 void moit_avboit_weigh(const moit_job *job, moit_tile *tile) { answer(job, tile, tile->T); }
 
 void moit_avboit_curve(const moit_job *job, moit_tile *tile) { answer(job, tile, tile->curve); }
+
+const moit_technique_row moit_avboit_row = {.name = "avboit",
+                                            .fits = moit_avboit_fits,
+                                            .weigh = moit_avboit_weigh,
+                                            .total = moit_total_product,
+                                            .curve = moit_avboit_curve,
+                                            .prepare = moit_avboit_prepare,
+                                            .release = moit_slices_release,
+                                            .scratch = moit_slices_scratch,
+                                            .unit_range = {0.0, 1.0},
+                                            .uses_warp = true,
+                                            .reconstructs = true,
+                                            .takes_points = true,
+                                            .geometry_passes = 3};

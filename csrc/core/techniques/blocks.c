@@ -24,7 +24,7 @@ typedef struct {
 static size_t aligned(size_t bytes) { return (bytes + 63) / 64 * 64; }
 
 static const moit_block_family *family_of(const moit_job *job) {
-    return moit_technique_rows[job->technique->kind].blocks;
+    return moit_technique_rows[job->technique->kind]->blocks;
 }
 
 /* ---- What blocks take ------------------------------------------------------------------------ */

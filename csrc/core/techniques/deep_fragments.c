@@ -90,3 +90,19 @@ bool moit_deep_overflows(const moit_job *job, const moit_tile *tile, int p) {
         over |= fabs(moit_number(precision, rays_of(job, tile), first + k)) >= MOIT_MOST_HALF;
     return over;
 }
+
+const moit_technique_row moit_dfa_row = {.name = "dfa",
+                                         .thick = MOIT_THICK_MIDDLE,
+                                         .weigh = moit_deep_weigh,
+                                         .pull_back = moit_deep_pull_back,
+                                         .overflows = moit_deep_overflows,
+                                         .resolve = moit_deep_resolve,
+                                         .scratch = moit_deep_scratch,
+                                         .weights = moit_deep_weights,
+                                         .columns = moit_deep_columns,
+                                         .features = moit_deep_features,
+                                         .unit_range = {0.0, 1.0},
+                                         .uses_warp = true,
+                                         .arrival = MOIT_TIES_IN_ORDER,
+                                         .ties = MOIT_TIES_EARLIER,
+                                         .geometry_passes = 2};

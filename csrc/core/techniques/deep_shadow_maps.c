@@ -133,3 +133,10 @@ void moit_deep_shadow_curve(const moit_job *job, moit_tile *tile) {
         }
     }
 }
+
+const moit_technique_row moit_deep_shadow_row = {.name = "deep-shadow",
+                                                 .weigh = moit_deep_shadow_weigh,
+                                                 .curve = moit_deep_shadow_curve,
+                                                 .scratch = moit_deep_shadow_scratch,
+                                                 .reconstructs = true,
+                                                 .geometry_passes = 2};

@@ -372,3 +372,25 @@ void moit_front_bounds(const moit_job *job, moit_tile *tile, double *lower, doub
         }
     }
 }
+
+const moit_technique_row moit_front_row = {.name = "front",
+                                           .usual_counts = (const int[]){2, 0},
+                                           .least_count = 1,
+                                           .most_count = MOIT_MOST_LAYERS,
+                                           .fits = moit_front_fits,
+                                           .weigh = moit_front_weigh,
+                                           .pull_back = moit_front_pull_back,
+                                           .refusal = moit_front_refusal,
+                                           .see = moit_front_see,
+                                           .unsee = moit_front_unsee,
+                                           .curve = moit_front_curve,
+                                           .bounds = moit_front_bounds,
+                                           .blend = moit_front_blend,
+                                           .scratch = moit_front_scratch,
+                                           .weights = moit_front_weights,
+                                           .unit_range = {-1.0, 1.0},
+                                           .uses_warp = true,
+                                           .reconstructs = true,
+                                           .arrival = MOIT_TIES_IN_ORDER,
+                                           .ties = MOIT_TIES_EARLIER,
+                                           .geometry_passes = 2};

@@ -78,3 +78,20 @@ void moit_haar_curve(const moit_job *job, moit_tile *tile) {
                                     tile->curve_offsets, tile->curve_z, NULL, tile->own, false,
                                     tile->curve);
 }
+
+const moit_technique_row moit_wavelet_row = {.name = "wavelet",
+                                             .usual_counts = (const int[]){4, 8, 16, 32, 0},
+                                             .least_count = 4,
+                                             .most_count = 32,
+                                             .weigh = moit_haar_weigh,
+                                             .pull_back = moit_haar_pull_back,
+                                             .refusal = moit_series_refusal,
+                                             .curve = moit_haar_curve,
+                                             .blocks = &moit_haar_blocks,
+                                             .scratch = moit_haar_scratch,
+                                             .unit_range = {0.0, 1.0},
+                                             .uses_warp = true,
+                                             .reconstructs = true,
+                                             .absorbs = moit_absorbs,
+                                             .takes_points = true,
+                                             .geometry_passes = 2};

@@ -2,7 +2,7 @@
 #include "core/techniques/table.h"
 
 const moit_moment_family *moit_family_of(const moit_technique *technique) {
-    return moit_technique_rows[technique->kind].moments;
+    return moit_technique_rows[technique->kind]->moments;
 }
 
 int moit_moment_numbers(const moit_technique *technique) {

@@ -19,7 +19,7 @@ void moit_warp_tile(const moit_job *job, moit_tile *tile) {
 }
 
 void moit_moments_gather(const moit_job *job, moit_tile *tile) {
-    bool scaled = moit_technique_rows[job->technique->kind].scales_alpha;
+    bool scaled = moit_technique_rows[job->technique->kind]->scales_alpha;
     (scaled ? job->stages->scaled_absorbance : job->stages->absorbance)(
         tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
     moit_warp_tile(job, tile);
@@ -227,3 +227,45 @@ void moit_moments_curve(const moit_job *job, moit_tile *tile) {
         job->technique->count, &job->zone, tile->pixels, tile->curve_offsets, tile->curve_z, NULL,
         tile->rules, tile->b0, job->technique->moments.overestimation, false, tile->curve);
 }
+
+const moit_technique_row moit_power_row = {.name = "power",
+                                           .thick = MOIT_THICK_MOMENTS,
+                                           .usual_counts = (const int[]){2, 4, 6, 8, 0},
+                                           .least_count = 2,
+                                           .most_count = 8,
+                                           .fits = moit_power_fits,
+                                           .weigh = moit_moments_weigh,
+                                           .pull_back = moit_moments_pull_back,
+                                           .weigh_again = moit_moments_weigh_again,
+                                           .refusal = moit_moments_refusal,
+                                           .curve = moit_moments_curve,
+                                           .bounds = moit_power_bounds,
+                                           .scratch = moit_moments_scratch,
+                                           .moments = &moit_power_moments,
+                                           .blocks = &moit_moment_blocks,
+                                           .unit_range = {-1.0, 1.0},
+                                           .uses_warp = true,
+                                           .reconstructs = true,
+                                           .absorbs = moit_absorbs,
+                                           .adds_texels = true,
+                                           .geometry_passes = 2};
+
+const moit_technique_row moit_trig_row = {.name = "trig",
+                                          .thick = MOIT_THICK_WAVES,
+                                          .usual_counts = (const int[]){2, 3, 4, 0},
+                                          .least_count = 2,
+                                          .most_count = 4,
+                                          .fits = moit_wrapping_zone_fits,
+                                          .weigh = moit_moments_weigh,
+                                          .pull_back = moit_moments_pull_back,
+                                          .refusal = moit_moments_refusal,
+                                          .curve = moit_moments_curve,
+                                          .scratch = moit_moments_scratch,
+                                          .moments = &moit_trigonometric_moments,
+                                          .blocks = &moit_moment_blocks,
+                                          .unit_range = {-1.0, 1.0},
+                                          .uses_warp = true,
+                                          .reconstructs = true,
+                                          .absorbs = moit_absorbs,
+                                          .adds_texels = true,
+                                          .geometry_passes = 2};

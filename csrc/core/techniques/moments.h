@@ -6,7 +6,7 @@
 
 typedef struct moit_moment_constants {
     double published_bias;          /* for storage of these bits */
-    double default_bias[2];         /* by precision of the storage: measured, see README */
+    double default_bias[2];         /* by precision of the storage: measured: docs/exactness.md */
     double covering_bias[2];        /* what outweighs rounding of the storage by itself */
     double safe[MOIT_MOST_NUMBERS]; /* moments of the distribution that bias mixes in */
 } moit_moment_constants;

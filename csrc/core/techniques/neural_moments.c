@@ -74,3 +74,16 @@ void moit_neural_features(const moit_job *job, moit_tile *tile, int64_t stride, 
     job->stages->neural_features(job->technique->neural.range_in_words, tile->pixels, tile->offsets,
                                  tile->z, held_of(job, tile).rays, tile->b, stride, features);
 }
+
+const moit_technique_row moit_neural_row = {.name = "neural",
+                                            .weigh = moit_neural_weigh,
+                                            .pull_back = moit_neural_pull_back,
+                                            .curve = moit_neural_curve,
+                                            .scratch = moit_neural_scratch,
+                                            .weights = moit_neural_weights,
+                                            .columns = moit_neural_columns,
+                                            .features = moit_neural_features,
+                                            .unit_range = {-1.0, 1.0},
+                                            .uses_warp = true,
+                                            .reconstructs = true,
+                                            .geometry_passes = 2};

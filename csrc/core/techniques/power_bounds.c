@@ -55,7 +55,7 @@ static double hidden_absorbance(double alpha, double max_alpha, bool scaled) {
 
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     moit_precision precision = job->fragments->precision;
-    bool scaled = moit_technique_rows[job->technique->kind].scales_alpha;
+    bool scaled = moit_technique_rows[job->technique->kind]->scales_alpha;
     int count = job->technique->count, most = 0;
     moit_moments_gather(job, tile);
     for (int p = 0; p < tile->pixels; ++p) {
@@ -126,7 +126,7 @@ static moit_status bound_pixel(void *context, int64_t pixel, int thread) {
     double *at_least = z + BLOCK_POINTS + MOIT_PADDING,
            *at_most = at_least + BLOCK_POINTS + MOIT_PADDING;
     double double_b[MOIT_MOST_NUMBERS], rule[MOIT_MOST_RULE];
-    bool scaled = moit_technique_rows[job->technique->kind].scales_alpha;
+    bool scaled = moit_technique_rows[job->technique->kind]->scales_alpha;
     double max_alpha = moit_held_max_alpha(job->precision, job->technique->max_alpha);
     size_t scalar = job->precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float);
     moit_moments_read(job->precise, job->precision, job->technique, NULL, allow.bias, 1,
@@ -192,7 +192,7 @@ moit_status moit_moments_bounds(const moit_technique *technique, moit_precision 
     int64_t threads = run->threads < pixels ? run->threads : pixels;
     job.memory = malloc(job.part * (size_t)threads * sizeof *job.memory);
     if (!job.memory) return MOIT_NO_MEMORY;
-    bool proves = moit_technique_rows[technique->kind].bounds != NULL;
+    bool proves = moit_technique_rows[technique->kind]->bounds != NULL;
     moit_status status =
         moit_parallel_for(run, pixels, proves ? bound_pixel : bound_pixel_by_total, &job);
     free(job.memory);

@@ -29,7 +29,7 @@ void moit_fourier_gather(const moit_job *job, moit_tile *tile) {
 }
 
 void moit_hold_halves(const moit_job *job, int blocks, const moit_state *state) {
-    int numbers = moit_technique_rows[job->technique->kind].blocks->numbers(job->technique);
+    int numbers = moit_technique_rows[job->technique->kind]->blocks->numbers(job->technique);
     if (job->technique->series.bits == HALF_BITS)
         job->stages->half_absorbance(blocks * numbers, state->numbers, state->numbers);
 }
@@ -160,3 +160,38 @@ void moit_function_map_curve(const moit_job *job, moit_tile *tile) {
                                         tile->curve_z, NULL, job->max_alpha, tile->own, total,
                                         tile->curve);
 }
+
+const moit_technique_row moit_fourier_row = {.name = "fourier",
+                                             .thick = MOIT_THICK_WAVES,
+                                             .usual_counts = (const int[]){7, 15, 0},
+                                             .least_count = 3,
+                                             .most_count = 31,
+                                             .weigh = moit_fourier_weigh,
+                                             .pull_back = moit_fourier_pull_back,
+                                             .refusal = moit_series_refusal,
+                                             .curve = moit_fourier_curve,
+                                             .blocks = &moit_fourier_blocks,
+                                             .scratch = moit_series_scratch,
+                                             .unit_range = {0.0, 1.0},
+                                             .uses_warp = true,
+                                             .reconstructs = true,
+                                             .absorbs = moit_absorbs,
+                                             .adds_texels = true,
+                                             .geometry_passes = 2};
+
+const moit_technique_row moit_transmittance_function_map_row = {
+    .name = "transmittance-function-map",
+    .usual_counts = (const int[]){8, 0},
+    .least_count = 1,
+    .most_count = 32,
+    .weigh = moit_function_map_weigh,
+    .pull_back = moit_function_map_pull_back,
+    .refusal = moit_series_refusal,
+    .curve = moit_function_map_curve,
+    .blocks = &moit_function_map_blocks,
+    .scratch = moit_function_map_scratch,
+    .unit_range = {0.0, 1.0},
+    .uses_warp = true,
+    .reconstructs = true,
+    .takes_points = true,
+    .geometry_passes = 2};

@@ -7,6 +7,17 @@ void moit_sorted_weigh(const moit_job *job, moit_tile *tile) {
                                       tile->order, tile->T, tile->total);
 }
 
+void moit_sorted_weigh_and_blend(const moit_job *job, moit_tile *tile) {
+    if (tile->emission == tile->alpha && tile->color) {
+        job->stages->depth_ranks(tile->pixels, tile->offsets, tile->depth, tile->rank, tile->order);
+        job->stages->ranked_blend(tile->pixels, tile->offsets, tile->alpha, tile->color, tile->rank,
+                                  tile->order, tile->T, tile->total, tile->sums);
+        return;
+    }
+    moit_sorted_weigh(job, tile);
+    moit_blend(job, tile);
+}
+
 /* A curve counts what is strictly nearer. */
 static double in_front_of(const moit_job *job, const moit_tile *tile, int p, double depth) {
     moit_precision precision = job->fragments->precision;
@@ -57,3 +68,17 @@ void moit_sorted_bounds(const moit_job *job, moit_tile *tile, double *lower, dou
         }
     }
 }
+
+const moit_technique_row moit_sorted_row = {.name = "sorted",
+                                            .thick = MOIT_THICK_PIECES,
+                                            .weigh = moit_sorted_weigh,
+                                            .weigh_and_blend = moit_sorted_weigh_and_blend,
+                                            .pull_back = moit_sorted_pull_back,
+                                            .curve = moit_sorted_curve,
+                                            .bounds = moit_sorted_bounds,
+                                            .by_channel = true,
+                                            .takes_points = true,
+                                            .arrival = MOIT_TIES_IN_ORDER,
+                                            .ties = MOIT_TIES_EARLIER,
+                                            .exact_up_to = MOIT_EXACT,
+                                            .geometry_passes = 1};

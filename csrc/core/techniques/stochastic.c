@@ -154,3 +154,28 @@ void moit_hashed_alpha_resolve(const moit_job *job, moit_tile *tile) {
         }
     }
 }
+
+const moit_technique_row moit_stochastic_row = {.name = "stochastic",
+                                                .usual_counts = (const int[]){8, 0},
+                                                .least_count = 1,
+                                                .most_count = MOIT_MOST_SAMPLES,
+                                                .weigh = moit_stochastic_weigh,
+                                                .pull_back = moit_stochastic_pull_back,
+                                                .total = moit_total_product,
+                                                .curve = moit_stochastic_curve,
+                                                .scratch = moit_stochastic_scratch,
+                                                .is_random = true,
+                                                .reconstructs = true,
+                                                .takes_points = true,
+                                                .geometry_passes = 3};
+
+const moit_technique_row moit_hashed_alpha_row = {.name = "hashed-alpha",
+                                                  .weigh = moit_stochastic_weigh,
+                                                  .curve = moit_stochastic_curve,
+                                                  .resolve = moit_hashed_alpha_resolve,
+                                                  .scratch = moit_stochastic_scratch,
+                                                  .is_random = true,
+                                                  .takes_points = true,
+                                                  .arrival = MOIT_TIES_IN_ORDER,
+                                                  .ties = MOIT_TIES_EARLIER,
+                                                  .geometry_passes = 1};

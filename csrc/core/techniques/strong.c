@@ -177,3 +177,19 @@ void moit_strong_features(const moit_job *job, moit_tile *tile, int64_t stride, 
     char *least = (char *)features + (size_t)(columns - 2) * (size_t)stride * job->scalar;
     add_kept(job, tile, &by, tile->offsets, by.word, least);
 }
+
+const moit_technique_row moit_strong_row = {.name = "strong",
+                                            .usual_counts = (const int[]){5, 0},
+                                            .least_count = 1,
+                                            .most_count = MOST_KEPT,
+                                            .weigh = moit_strong_weigh,
+                                            .curve = moit_strong_curve,
+                                            .scratch = moit_strong_scratch,
+                                            .weights = moit_strong_weights,
+                                            .columns = moit_strong_columns,
+                                            .features = moit_strong_features,
+                                            .unit_range = {-1.0, 1.0},
+                                            .uses_warp = true,
+                                            .reconstructs = true,
+                                            .absorbs = moit_absorbs,
+                                            .geometry_passes = 3};

@@ -115,7 +115,11 @@ moit_known_range moit_known_range_of(const moit_job *job, const moit_tile *tile,
 moit_job moit_job_of(const moit_fragments *fragments, const moit_technique *technique,
                      bool cull_opaque, const moit_run *run);
 
-extern const moit_technique_row moit_technique_rows[MOIT_KIND_COUNT];
+/* Each kind's row stands where its `weigh` does. */
+#define ROW(KIND, row) extern const moit_technique_row moit_##row##_row;
+MOIT_KINDS(ROW)
+#undef ROW
+extern const moit_technique_row *const moit_technique_rows[MOIT_KIND_COUNT];
 
 /* moments.c: of any family */
 void moit_moments_weigh(const moit_job *job, moit_tile *tile);
@@ -274,6 +278,7 @@ void moit_strong_features(const moit_job *job, moit_tile *tile, int64_t stride, 
 
 /* sorted.c */
 void moit_sorted_weigh(const moit_job *job, moit_tile *tile);
+void moit_sorted_weigh_and_blend(const moit_job *job, moit_tile *tile);
 void moit_sorted_curve(const moit_job *job, moit_tile *tile);
 void moit_sorted_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 
@@ -288,6 +293,7 @@ void moit_weighted_targets(const moit_job *job, moit_tile *tile);
 double moit_target_share(const moit_technique *technique, double weight, double second,
                          double *total);
 void moit_alpha_blend_weigh(const moit_job *job, moit_tile *tile);
+void moit_alpha_blend_weigh_and_blend(const moit_job *job, moit_tile *tile);
 void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile);
 void moit_weighted_sum_weigh_and_blend(const moit_job *job, moit_tile *tile);
 void moit_weighted_average_weigh_and_blend(const moit_job *job, moit_tile *tile);

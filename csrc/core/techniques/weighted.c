@@ -1,5 +1,4 @@
 /* Techniques that blend with weights which other fragments of the pixel have no part in. */
-#include "core/elementary.h"
 #include "core/techniques/table.h"
 
 #include <float.h>
@@ -9,6 +8,16 @@
 void moit_alpha_blend_weigh(const moit_job *job, moit_tile *tile) {
     job->stages->arrival_transmittance(tile->pixels, tile->offsets, tile->alpha, tile->T,
                                        tile->total);
+}
+
+void moit_alpha_blend_weigh_and_blend(const moit_job *job, moit_tile *tile) {
+    if (tile->emission == tile->alpha && tile->color) {
+        job->stages->arrival_blend(tile->pixels, tile->offsets, tile->alpha, tile->color, tile->T,
+                                   tile->total, tile->sums);
+        return;
+    }
+    moit_alpha_blend_weigh(job, tile);
+    moit_blend(job, tile);
 }
 
 /* What a weight of 1 counts where `sum` is the pixel's; a number, even where that is next to
@@ -56,19 +65,20 @@ void moit_weighted_sum_weigh_and_blend(const moit_job *job, moit_tile *tile) {
  * joined pictures have them, that is not so. What is so thin that nothing overlaps has no mean,
  * which might not be a normal number; one layer is its own mean, without a logarithm's rounding. */
 double moit_averaged_coverage(double sum, double n) {
-    if (sum < 0x1p-60 || (n == 1.0 && sum < 1.0)) return sum;
-    double mean = n > 0.0 ? sum / n : 0.0;
-    double covered = mean < 1.0 ? -moit_expm1(n * moit_log1p(-mean)) : 1.0;
-    return covered > sum && n >= 1.0 ? sum : covered;
+    double covered;
+    moit_stages_of(MOIT_FLOAT64, MOIT_ISA_BASE)->averaged_coverage(1, &sum, &n, &covered);
+    return covered;
 }
 
 /* Bavoil and Myers, "Order Independent Transparency with Dual Depth Peeling", 2008: n layers of the
  * mean opacity, in the mean colour weighted by opacity. */
 static void find_average_factors(const moit_job *job, moit_tile *tile, double *factor) {
     job->stages->weight_sums(tile->pixels, tile->offsets, tile->alpha, NULL, factor);
+    double *covers = tile->total, *n = tile->double_b;
+    for (int p = 0; p < tile->pixels; ++p) n[p] = tile->offsets[p + 1] - tile->offsets[p];
+    job->precise->averaged_coverage(tile->pixels, factor, n, covers);
     for (int p = 0; p < tile->pixels; ++p) {
-        int n = tile->offsets[p + 1] - tile->offsets[p];
-        double sum = factor[p], covered = moit_averaged_coverage(sum, n);
+        double sum = factor[p], covered = covers[p];
         tile->total[p] = 1.0 - covered;
         factor[p] = sum > 0.0 ? covered / sum : 1.0;
     }
@@ -128,6 +138,12 @@ void moit_weighted_blended_weigh_and_blend(const moit_job *job, moit_tile *tile)
     if (job->technique->weighted.bits == 16) {
         moit_weighted_blended_weigh(job, tile);
         moit_weighted_blended_blend(job, tile);
+        return;
+    }
+    if (tile->emission == tile->alpha && tile->color) {
+        find_weights(job, tile);
+        job->stages->covered_blend(tile->pixels, tile->offsets, tile->alpha, weights_of(job, tile),
+                                   tile->color, tile->T, tile->total, tile->sums);
         return;
     }
     find_blended_factors(job, tile, tile->double_b0);
@@ -197,3 +213,46 @@ double moit_target_share(const moit_technique *technique, double weight, double 
     if (moit_multiplies_totals(technique)) return share_of(covered, weight);
     return weight > 0.0 ? covered / weight : 1.0;
 }
+
+const moit_technique_row moit_unsorted_row = {.name = "unsorted",
+                                              .thick = MOIT_THICK_MIDDLE,
+                                              .weigh = moit_alpha_blend_weigh,
+                                              .weigh_and_blend = moit_alpha_blend_weigh_and_blend,
+                                              .pull_back = moit_alpha_blend_pull_back,
+                                              .by_channel = true,
+                                              .arrival = MOIT_IN_ORDER,
+                                              .ties = MOIT_TIES_LATER,
+                                              .exact_up_to = 1,
+                                              .geometry_passes = 1};
+
+const moit_technique_row moit_weighted_sum_row = {.name = "weighted-sum",
+                                                  .thick = MOIT_THICK_MIDDLE,
+                                                  .weigh = moit_weighted_sum_weigh,
+                                                  .weigh_and_blend =
+                                                      moit_weighted_sum_weigh_and_blend,
+                                                  .pull_back = moit_weighted_sum_pull_back,
+                                                  .adds_targets = true,
+                                                  .exact_up_to = 1,
+                                                  .geometry_passes = 1};
+
+const moit_technique_row moit_weighted_average_row = {.name = "weighted-average",
+                                                      .thick = MOIT_THICK_MIDDLE,
+                                                      .weigh = moit_weighted_average_weigh,
+                                                      .weigh_and_blend =
+                                                          moit_weighted_average_weigh_and_blend,
+                                                      .pull_back = moit_weighted_average_pull_back,
+                                                      .adds_targets = true,
+                                                      .exact_up_to = 1,
+                                                      .geometry_passes = 1};
+
+const moit_technique_row moit_wboit_row = {.name = "wboit",
+                                           .thick = MOIT_THICK_MIDDLE,
+                                           .weigh = moit_weighted_blended_weigh,
+                                           .weigh_and_blend = moit_weighted_blended_weigh_and_blend,
+                                           .pull_back = moit_weighted_blended_pull_back,
+                                           .refusal = moit_weighted_blended_refusal,
+                                           .overflows = moit_weighted_blended_overflows,
+                                           .blend = moit_weighted_blended_blend,
+                                           .total = moit_weighted_blended_total,
+                                           .adds_targets = true,
+                                           .geometry_passes = 1};
