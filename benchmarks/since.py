@@ -156,7 +156,8 @@ class Asked:
         import moit
 
         f = moit.scenes.load("panes", SIZE)
-        return lambda: moit.compare(f, COMPARED, threads=self.threads, progress=False)
+        # The older tree takes no `threads`: its process has MOIT_THREADS.
+        return lambda: moit.compare(f, COMPARED, progress=False)
 
 
 def serve(count: int, threads: int) -> None:
@@ -202,7 +203,7 @@ class Tree:
         self.process = subprocess.Popen(
             [*command, "--threads", str(threads)],
             cwd=root,
-            env=_environment(root),
+            env=_environment(root) | {"MOIT_THREADS": str(threads)},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,

@@ -267,10 +267,10 @@ alpha = alpha - rate * d.alpha
   sums are double. Where fragments are few or close, what is read at a depth and what the moments
   move with it take each other away, and floats keep too few digits of what is left: such pixels
   are found, and go back in double each by itself. With 16 fragments a pixel, forward and backward
-  take 3.3 times as long as forward, where 3.5 was asked. With 4 on average, geometrically
-  distributed, it is 4.9: a pixel with a fragment or two has a picture for next to nothing, and a
-  third of the pixels go back in double (without that 3.9, and 2e-4 off in place of 8e-6). Of 6 and
-  8 moments floats would be off by 5e-3 where surfaces are close: these go back in double.
+  take 3.4 times as long as forward, where 3.5 was asked. With 4 on average, geometrically
+  distributed, it is 5: a pixel with one fragment has a picture for next to nothing, and many with
+  two or three go back in double (without that 3.9, and up to 2e-4 off in place of 1e-5). Of 6 and
+  8 moments floats were off by up to 2e-2 where surfaces are close: these go back in double.
 """
 
 LIMITS = """\

@@ -134,6 +134,10 @@ def image_error(
     threads: int,
     /,
 ) -> NDArray[Any]: ...
+def reference_of(reference: NDArray[Any], most_bytes: int, /) -> object: ...
+def image_errors(
+    metrics: tuple[str, ...], image: NDArray[Any], reference: object, threads: int, /
+) -> tuple[float, ...]: ...
 
 # questions; technique: the fields of moit_technique that are set
 def composite(

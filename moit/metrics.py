@@ -18,6 +18,7 @@ same bits for any number. Maps have the images' dtype: float64 where either imag
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,9 @@ from moit.system.environment import thread_count
 
 #: The metrics' names, in the order of `errors`.
 NAMES = ("mse", "rmse", "mae", "psnr", "ssim", "flip", "hdr_flip")
+
+#: What a `Reference` keeps at most, so that with what threads need it stays below 64 MiB.
+KEPT_BYTES = 48 << 20
 
 #: Fewer pixels a side do not hold the window of `ssim`.
 LEAST_SIDE = 11
@@ -47,7 +51,53 @@ def errors(
     (0.25, 0.5)
     """
     pair, count = _images(image, reference), thread_count(threads)
-    return {name: _core.image_error(name, *pair, False, count) for name in NAMES}
+    found = _core.image_errors(NAMES, pair[0], _core.reference_of(pair[1], 0), count)
+    return dict(zip(NAMES, found, strict=True))
+
+
+class Reference:
+    """What many images are held against: `errors` of each, with the reference's part found once.
+
+    image : (H, W, 3 or 4), linear RGB; see `moit.metrics` for what is raised. It is copied unless
+        it is an array in C order already, which must not change then.
+
+    What is found out of the reference is kept with it, up to 48 MiB; answers are the same bits
+    without. Calls from several threads wait for one another.
+
+    >>> black, gray = np.zeros((16, 16, 3)), np.full((16, 16, 3), 0.5)
+    >>> reference = moit.metrics.Reference(gray)
+    >>> reference.errors(black, ["mse", "mae"]), reference.errors(gray, ["mse", "mae"])
+    ({'mse': 0.25, 'mae': 0.5}, {'mse': 0.0, 'mae': 0.0})
+    """
+
+    def __init__(self, image: ArrayLike) -> None:
+        self._image = _contiguous(_floats(image, "image"), "image")
+        self._kept = _core.reference_of(self._image, KEPT_BYTES)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Its height and width."""
+        height, width = self._image.shape[:2]
+        return height, width
+
+    def errors(
+        self, image: ArrayLike, names: Iterable[str] = NAMES, *, threads: int | None = None
+    ) -> dict[str, float]:
+        """Errors of an image by their names, in this order: the same bits as `moit.errors`.
+
+        image : (H, W, 3 or 4) of the reference's height and width.
+
+        Raises ValueError where a name is not in `NAMES`, and what `moit.metrics` says of images.
+        """
+        wanted = tuple(names)
+        for name in wanted:
+            if name not in NAMES:
+                raise ValueError(f"names: expected some of {', '.join(NAMES)}, got {name!r:.80}")
+        array = _floats(image, "image")
+        _check_same_size(array, self._image)
+        array = _contiguous(array, "image")
+        found = _core.image_errors(wanted, array, self._kept, thread_count(threads))
+        return dict(zip(wanted, found, strict=True))
 
 
 def mse(image: ArrayLike, reference: ArrayLike, *, threads: int | None = None) -> float:
@@ -227,18 +277,27 @@ def _map(name: str, image: ArrayLike, reference: ArrayLike, threads: int | None)
 def _images(image: ArrayLike, reference: ArrayLike) -> tuple[NDArray[Any], NDArray[Any]]:
     """Both as C-contiguous arrays of one dtype, checked."""
     a, b = _floats(image, "image"), _floats(reference, "reference")
-    if a.shape[:2] != b.shape[:2]:
-        raise ValueError(
-            f"image is {a.shape[0]} x {a.shape[1]} (height x width) and reference "
-            f"{b.shape[0]} x {b.shape[1]}; expected the same size"
-        )
+    _check_same_size(a, b)
     double = a.dtype.itemsize > 4 or b.dtype.itemsize > 4
-    dtype = np.dtype(np.float64 if double else np.float32)
+    return _contiguous(a, "image", double), _contiguous(b, "reference", double)
+
+
+def _check_same_size(image: NDArray[Any], reference: NDArray[Any]) -> None:
+    a, b = image.shape, reference.shape
+    if a[:2] != b[:2]:
+        raise ValueError(
+            f"image is {a[0]} x {a[1]} (height x width) and reference {b[0]} x {b[1]}; "
+            "expected the same size"
+        )
+
+
+def _contiguous(array: NDArray[Any], name: str, double: bool = False) -> NDArray[Any]:
+    """As the core reads it, float64 where it has more digits than float32; finite."""
+    dtype = np.dtype(np.float64 if double or array.dtype.itemsize > 4 else np.float32)
     with np.errstate(over="ignore"):  # a long double that becomes infinite is reported as such
-        a, b = np.require(a, dtype, ["C", "A"]), np.require(b, dtype, ["C", "A"])
-    _check_finite(a, "image")
-    _check_finite(b, "reference")
-    return a, b
+        array = np.require(array, dtype, ["C", "A"])
+    _check_finite(array, name)
+    return array
 
 
 def _floats(value: ArrayLike, name: str) -> NDArray[Any]:
@@ -264,6 +323,8 @@ def _floats(value: ArrayLike, name: str) -> NDArray[Any]:
 
 
 def _check_finite(array: NDArray[Any], name: str) -> None:
+    if np.isfinite(array).all():  # of an alpha, too, which may be anything
+        return
     finite = np.isfinite(array[..., :3])
     if not finite.all():
         y, x, channel = (int(i) for i in np.unravel_index(finite.argmin(), finite.shape))

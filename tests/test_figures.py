@@ -3,6 +3,7 @@
 import io
 import itertools
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -56,9 +57,10 @@ def report_of(count, scenes, seed=0, devices=("cpu",)):
     return Report(results, held, ("flip",))
 
 
-def texts_of(figure):
+def texts_of(figure, is_laid_out=False):
     """The texts that are seen, with their boxes in pixels."""
-    figure.canvas.draw()
+    if not is_laid_out:
+        figure.draw_without_rendering()
     renderer = figure.canvas.get_renderer()
     beyond = {
         tick.label1
@@ -79,7 +81,7 @@ def overlap(a, b, spare=0.5):
 
 def assert_whole(figure):
     """Nothing is beyond the figure."""
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     box = figure.get_tightbbox(figure.canvas.get_renderer())
     width, height = figure.get_size_inches()
     assert box.x0 > -0.01 and box.x1 < width + 0.01, box
@@ -89,7 +91,7 @@ def assert_whole(figure):
 def assert_legible(figure):
     """It is whole, and no text covers another one or, of titles and legends, what they tell of."""
     assert_whole(figure)
-    boxes = texts_of(figure)
+    boxes = texts_of(figure, is_laid_out=True)
     for (one, a), (other, b) in itertools.combinations(boxes, 2):
         assert not overlap(a, b), f"{one.get_text()!r} covers {other.get_text()!r}"
     for ax in figure.axes:
@@ -396,10 +398,14 @@ def test_the_legend_names_families_and_scenes():
     assert len(told) == len(set(told))
 
 
+@cache
+def stability():
+    return moit.stability(["power4", "power8(exclude_self=True)"], rays=1, progress=False)
+
+
 @pytest.mark.parametrize("style", STYLES)
 def test_dials_are_whole(style):
-    report = moit.stability(["power4", "power8(exclude_self=True)"], rays=1, progress=False)
-    axes = moit.plot.stability(report, style=style)
+    axes = moit.plot.stability(stability(), style=style)
     assert axes.shape[1] == (1 if style == "paper" else 3)
     assert_legible(axes[0, 0].figure)
 

@@ -3,18 +3,18 @@
 import json
 import os
 import re
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from readings import kits
 
 import moit
 from moit.catalog.targets import shipped_targets_of
 from moit.gpu import texts
 from moit.gpu_costs.predicting import on_gpu
 from moit.gpu_costs.stored import Costs
-from moit.kit.including import LANGUAGES, include_of
+from moit.kit.including import LANGUAGES
 from moit.kit.licence import LICENCE
 from moit.kit.page import page_of
 from moit.kit.pasting import needed_items
@@ -31,10 +31,8 @@ WARPED = [one for one in names_with_kits() if moit.technique(one).depth_warp and
 MOST_LINES = {"trig3-16": 313, "power8-16": 343, "trig4-16": 368, "strong5": 369}
 
 
-@cache
 def include(name, language="glsl", depth_range=(0.1, 1000.0)):
-    technique = moit.technique(name)
-    return include_of(technique, recipe_of(technique, depth_range), LANGUAGES[language])
+    return kits.include(moit.technique(name), language, depth_range)
 
 
 @pytest.mark.parametrize(

@@ -154,6 +154,11 @@ RIGHT = {
         for name in ("mse", "psnr", "ssim", "flip", "hdr_flip")
         for wants_map in (False, True)
     ],
+    "reference_of": [(IMAGE, kept) for kept in (0, 1 << 24)],
+    "image_errors": [
+        (names, IMAGE, _core.reference_of(IMAGE[::-1], 1 << 24), 2)
+        for names in ((), ("mse", "hdr_flip"), ("ssim", "flip"))
+    ],
     "composite": [
         (F, SORTED, True, 2, BACKGROUND),
         (COLOURED, SORTED, True, 2, BACKGROUND),
@@ -409,6 +414,14 @@ WRONG = {
         ("mse", IMAGE, IMAGE[:-1], False, 1),
         ("mse", IMAGE, "x", True, 1),
         ("mse", IMAGE[:3], IMAGE[:3], True, 1),
+    ],
+    "reference_of": [("x", 0), (IMAGE[:3], 1 << 24), (IMAGE[0], 0)],
+    "image_errors": [
+        (("nothing",), IMAGE, _core.reference_of(IMAGE, 0), 1),
+        ((1,), IMAGE, _core.reference_of(IMAGE, 0), 1),
+        (("mse",), IMAGE, "x", 1),
+        (("mse",), "x", _core.reference_of(IMAGE, 0), 1),
+        (("mse",), IMAGE[:-1], _core.reference_of(IMAGE, 0), 1),
     ],
     "composite": [
         *wrong_questions(True, 1, BACKGROUND),

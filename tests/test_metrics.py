@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -461,13 +462,63 @@ def test_a_signal_stops_a_long_call():
     try:
         signal.setitimer(signal.ITIMER_REAL, 0.2)
         with pytest.raises(Stop):
-            metrics.hdr_flip(image, image)
+            metrics.hdr_flip(image, image[::-1])
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
 
 
-def test_flip_is_the_same_bits_for_any_instruction_set():
+@pytest.mark.parametrize("kept", [0, 1 << 18, metrics.KEPT_BYTES])
+def test_a_reference_gives_every_image_the_same_bits_as_a_pair(monkeypatch, kept):
+    """Whatever it keeps: nothing, what one block needs, or all; whoever was compared before."""
+    monkeypatch.setattr(metrics, "KEPT_BYTES", kept)
+    base, rng = waves(5, 140, 150) * 3, np.random.default_rng(3)
+    spot = base.copy()
+    spot[70:72, 66] *= 1.5  # some rows of some blocks
+    images = [spot, base * 1.01, base, rng.random(base.shape).astype(np.float32), spot]
+    reference = metrics.Reference(base)
+    assert reference.shape == base.shape[:2]
+    for image, threads in zip(images, (1, 3, 2, 1, 2), strict=True):
+        expected = metrics.errors(image, base)
+        assert reference.errors(image, threads=threads) == expected
+        for name in NAMES:
+            assert reference.errors(image, [name]) == {name: expected[name]}
+            assert metric(name)[0](image, base) == expected[name]
+
+
+def test_threads_may_share_a_reference():
+    base = waves(6, 130, 70)
+    images = [base + 0.01 * i for i in range(8)]
+    expected = [metrics.errors(image, base) for image in images]
+    reference = metrics.Reference(base)
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(reference.errors, images)) == expected
+
+
+def test_a_reference_says_what_does_not_fit():
+    reference = metrics.Reference(np.zeros((12, 13, 3)))
+    with pytest.raises(ValueError, match=r"image is 13 x 12 .* and reference 12 x 13"):
+        reference.errors(np.zeros((13, 12, 3)))
+    with pytest.raises(ValueError, match=r"names: expected some of mse, .*, got 'sharpness'"):
+        reference.errors(np.zeros((12, 13, 3)), ["mse", "sharpness"])
+    with pytest.raises(ValueError, match=r"image\[1, 2, 0\]: expected a finite number, got nan"):
+        broken = np.zeros((12, 13, 4))
+        broken[1, 2, 0] = np.nan
+        metrics.Reference(broken)
+
+
+def test_blocks_do_not_show():
+    """An image of several blocks, and one of their corners by itself: the same errors where no
+    filter reaches beyond."""
+    image, reference = waves(7, 150, 160), waves(8, 150, 160)
+    part = (slice(40, 110), slice(45, 120))
+    for name, reach in (("flip", 10), ("ssim", 5)):
+        inner = (slice(reach, -reach),) * 2
+        whole, alone = (metric(name)[1](image[at], reference[at]) for at in ((), part))
+        np.testing.assert_array_equal(whole[part][inner], alone[inner])
+
+
+def test_flip_and_ssim_are_the_same_bits_for_any_instruction_set():
     rng = np.random.default_rng(11)
     image, reference = rng.exponential(1.0, (2, 13, 37, 3)).astype(np.float32)  # no whole lanes
     before = _core.build_info()["instruction set in use"]
@@ -475,7 +526,7 @@ def test_flip_is_the_same_bits_for_any_instruction_set():
     try:
         for one in _core.build_info()["instruction sets"].split(", "):
             _core.use_instruction_set(one)
-            maps[one] = metrics.flip_map(image, reference), metrics.hdr_flip_map(image, reference)
+            maps[one] = [metric(name)[1](image, reference) for name in ("ssim", "flip", "hdr_flip")]
     finally:
         _core.use_instruction_set(before)
     for found in maps.values():

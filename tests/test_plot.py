@@ -102,7 +102,7 @@ def test_speed_error_has_a_marker_for_each_row(report, metric, by):
     markers = [line for line in ax.lines if line.get_marker() != "None"]
     assert len(markers) == len(known)
     assert ax.get_ylabel() == (metric or "flip")
-    ax.figure.canvas.draw()  # scales and labels are good enough to draw
+    ax.figure.draw_without_rendering()  # scales and labels are good enough to draw
 
 
 def test_speed_error_of_one_scene(report):
@@ -124,7 +124,7 @@ def crowded(count=40, seed=3):
 
 def drawn_labels(ax):
     """The boxes of an Axes' labels by name, the boxes of its markers, and its own; in pixels."""
-    ax.figure.canvas.draw()
+    ax.figure.draw_without_rendering()
     renderer = ax.figure.canvas.get_renderer()
     (labels,) = (one for one in ax.get_children() if isinstance(one, Labels))
     texts = [one for one in labels.artists(renderer) if isinstance(one, Text)]
@@ -176,7 +176,7 @@ def test_labels_paint_what_they_measure(dpi):
     (labels,) = (one for one in ax.get_children() if isinstance(one, Labels))
 
     def painted():
-        ax.figure.canvas.draw()
+        ax.figure.draw_without_rendering()
         return np.asarray(ax.figure.canvas.buffer_rgba())[::-1].astype(int)
 
     full = painted()
@@ -227,7 +227,7 @@ def test_error_maps_are_those_of_the_metrics(report):
     for ax, name in zip(shown, names, strict=True):
         expected = moit.metrics.flip_map(results[name].image, reference)
         assert np.array_equal(ax.images[0].get_array(), expected)
-    axes.flat[0].figure.canvas.draw()
+    axes.flat[0].figure.draw_without_rendering()
 
 
 def test_more_maps_than_columns_go_in_rows(report):
@@ -282,7 +282,7 @@ def drawn_by_both(chart):
     _, ax = pyplot.subplots()
     draw(chart, ax)
     (line,) = ax.lines
-    ax.figure.canvas.draw()
+    ax.figure.draw_without_rendering()
     box = ax.get_window_extent()
     across = ax.transData.transform(np.c_[line.get_xdata(), line.get_ydata()])
     figure = (across[:, 1] - box.y0) / box.height

@@ -6,12 +6,11 @@ import platform
 import shutil
 import subprocess
 import sys
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
-from digests import digests, picture_digests
+from variants import EVERY
 
 import moit
 
@@ -19,25 +18,10 @@ import moit
 pytestmark = pytest.mark.filterwarnings("ignore:.*keep sums beyond 65504")
 
 
-def in_process(**environment: str) -> subprocess.CompletedProcess:
-    return subprocess.run(
-        [sys.executable, Path(__file__).with_name("digests.py")],
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-    )
-
-
 def lacks(name: str) -> bool:
     flag = {"avx2": "avx2", "avx512": "avx512f"}[name]
     cpuinfo = Path("/proc/cpuinfo")
     return not cpuinfo.exists() or flag not in cpuinfo.read_text().split()
-
-
-@cache
-def by_one_thread() -> dict[str, str]:
-    """By the best instruction set; pictures by as many as the machine has."""
-    return {**digests("float32", threads=1), **digests("float64", threads=1), **picture_digests()}
 
 
 # glibc's malloc and aligned_alloc, but large pieces come filled with a byte.
@@ -67,20 +51,35 @@ def littered(byte: str, folder: Path) -> dict[str, str]:
 
 
 # 0xff.. is not a number, 0x7f.. a huge one, in both precisions
-@pytest.mark.parametrize(
-    ("name", "threads", "byte"),
-    [("base", "4", "0xff"), ("avx2", "3", "0x7f"), ("avx512", "2", "0xff")],
-)
-def test_neither_instructions_nor_threads_nor_what_memory_held_change_a_bit(
-    name, threads, byte, tmp_path
-):
-    """Beside one thread, in a process of its own: what changes a bit does so whatever it is beside,
-    and which one it was is asked by hand."""
-    run = in_process(MOIT_ISA=name, MOIT_THREADS=threads, **littered(byte, tmp_path))
-    if run.returncode and name != "base" and lacks(name):
-        pytest.skip(f"this machine has no {name}")
-    assert run.returncode == 0, run.stderr
-    assert json.loads(run.stdout)["digests"] == by_one_thread()
+RUNS = [("base", "4", "0xff"), ("avx2", "3", "0x7f"), ("avx512", "1", "0xff"), ("base", "1", "0")]
+
+
+def test_neither_instructions_nor_threads_nor_what_memory_held_change_a_bit(tmp_path):
+    """Each in a process of its own: what changes a bit does so whatever it is beside, and which one
+    it was is asked by hand. A base of one thread stands for instructions that a machine lacks."""
+    sets = {name for name, _, _ in RUNS if name == "base" or not lacks(name)}
+    runs = [run for run in RUNS if run[0] in sets][:3]
+    found = []
+    for name, threads, byte in runs:
+        run = subprocess.run(
+            [sys.executable, Path(__file__).with_name("digests.py")],
+            env={
+                **os.environ,
+                "MOIT_ISA": name,
+                "MOIT_THREADS": threads,
+                **littered(byte, tmp_path),
+            },
+            capture_output=True,
+            text=True,
+        )
+        assert run.returncode == 0, run.stderr
+        said = json.loads(run.stdout)
+        assert f"instruction set in use  {name}" in said["info"]
+        found.append(said["digests"])
+    first, *rest = found
+    assert len(first) > 2 * len(EVERY)
+    for other, run in zip(rest, runs[1:], strict=True):
+        assert other == first, f"{run} and {runs[0]} differ"
 
 
 # Counts that four pixels or those of all lanes have in common, some of them, or none.

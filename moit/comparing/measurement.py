@@ -10,6 +10,7 @@ import threading
 import time
 from collections import OrderedDict
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -72,6 +73,11 @@ class Exact:
     image: Array  # (H, W, 4)
     least: Array  # (N,) transmittance in front of each fragment: of nearer ones and of earlier
     most: Array  # (N,) ... ones at the same depth, and of strictly nearer ones; both are right
+
+    @cached_property
+    def reference(self) -> metrics.Reference:
+        """The image as what others are held against; not for one of too few pixels a side."""
+        return metrics.Reference(self.image)
 
 
 class _Recent:
@@ -139,7 +145,7 @@ def measure(job: Job) -> Result:
     row["seconds"] = float(np.median(seconds))
     row["seconds_iqr"] = float(np.subtract(*np.percentile(seconds, (75, 25))))
     row["fragments_per_second"] = len(truth.f) / max(row["seconds"], 1e-9)
-    row.update(_image_errors(image, truth.image, job.metrics, notes))
+    row.update(_image_errors(image, truth, job.metrics, job.threads, notes))
     notes.extend(_renormalised(truth, job, row))
     row.update(_transmittance_errors(truth, job, notes))
     curves = _curves(truth.f, job)
@@ -185,18 +191,17 @@ def _timed(f: Fragments, job: Job) -> tuple[Array, list[float]]:
 
 
 def _image_errors(
-    image: Array, reference: Array, names: tuple[str, ...], notes: list[str]
+    image: Array, truth: Exact, names: tuple[str, ...], threads: int | None, notes: list[str]
 ) -> dict[str, float | None]:
     errors: dict[str, float | None] = dict.fromkeys(names)
     if names and min(image.shape[:2]) < metrics.LEAST_SIDE:
         size = f"{image.shape[0]} x {image.shape[1]} (height x width)"
         notes.append(f"no errors of the image: {size} is below {metrics.LEAST_SIDE} pixels a side")
         return errors
-    for name in names:
-        try:
-            errors[name] = float(getattr(metrics, name)(image, reference))
-        except Exception as error:
-            notes.append(f"no {name}: {told(error)}")
+    try:
+        errors.update(truth.reference.errors(image, names, threads=threads))
+    except Exception as error:
+        notes.append(f"no errors of the image: {told(error)}")
     return errors
 
 
@@ -210,7 +215,7 @@ def _renormalised(truth: Exact, job: Job, row: Row) -> list[str]:
     try:
         how: dict[str, Any] = {"background": job.background, "device": job.device, **job.how}
         image = composite(truth.f, other, **how)
-        found = float(getattr(metrics, name)(image, truth.image))
+        found = truth.reference.errors(image, [name], threads=job.threads)[name]
     except Exception as error:
         return [f"with normalize=True: {told(error)}"]
     much = max(found, row[name]) >= MUCH * min(found, row[name])

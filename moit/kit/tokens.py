@@ -7,6 +7,7 @@ words and puts others between. So what goes home reads like what we wrote.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import re
 from collections.abc import Iterator
 
@@ -29,7 +30,7 @@ class SubsetError(Exception):
     """A text of shaders/engine is not in the subset: our mistake, not a user's."""
 
 
-@dataclasses.dataclass(eq=False)
+@dataclasses.dataclass(eq=False, slots=True)
 class Word:
     kind: str  # comment, directive, space, number, name, sign
     text: str
@@ -40,6 +41,11 @@ class Word:
 
 
 def words_of(text: str) -> list[Word]:
+    return [Word(kind, said) for kind, said in _said(text)]
+
+
+@functools.lru_cache(maxsize=4096)  # most texts are short and come again: "(", a name, a number
+def _said(text: str) -> tuple[tuple[str, str], ...]:
     found, at = [], 0
     while at < len(text):
         match = _WORD.match(text, at)
@@ -47,9 +53,9 @@ def words_of(text: str) -> list[Word]:
             line = text.count("\n", 0, at) + 1
             raise SubsetError(f"line {line}: found {text[at : at + 20]!r}; needed GLSL's subset")
         assert match.lastgroup
-        found.append(Word(match.lastgroup, match[0]))
+        found.append((match.lastgroup, match[0]))
         at = match.end()
-    return found
+    return tuple(found)
 
 
 def text_of(words: list[Word]) -> str:

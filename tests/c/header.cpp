@@ -1,6 +1,7 @@
 // The public headers alone are C++ as well, with C's names for the linker.
 #include "moit.h"
 #include "moit_deep.h"
+#include "moit_errors.h"
 #include "moit_geometry.h"
 #include "moit_gl.h"
 #include "moit_gradients.h"

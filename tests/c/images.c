@@ -1,6 +1,8 @@
 /* Errors of images whose errors are known. */
 #include "expect.h"
 
+#include "moit_errors.h"
+
 enum { HEIGHT = 21, WIDTH = 34 };
 
 /* Channel c of pixel i is `base` plus a pattern; a fourth channel holds what must not be read. */
@@ -57,6 +59,20 @@ static void errors_are_what_they_are_defined_to_be(moit_precision precision) {
         for (int64_t k = 0; k < HEIGHT * WIDTH; ++k)
             EXPECT_NEAR(number(precision, map, k), e->apart, 4.0 * epsilon(precision) * e->apart);
     }
+    moit_reference *reference = moit_reference_of(&image, 1 << 22);
+    EXPECT(reference != NULL);
+    for (int again = 0; again < 2; ++again) {
+        bool wanted[MOIT_METRICS];
+        double found[MOIT_METRICS];
+        for (int i = 0; i < MOIT_METRICS; ++i) wanted[i] = true;
+        EXPECT(moit_errors(&brighter, reference, wanted, found, &run) == MOIT_OK);
+        for (int i = 0; i < MOIT_METRICS; ++i) {
+            double error = NOT_A_NUMBER;
+            EXPECT(errors[i].error(&brighter, &image, NULL, &error, &run) == MOIT_OK);
+            EXPECT(found[i] == error);
+        }
+    }
+    moit_free_reference(reference);
     free(rgb);
     free(rgba);
     free(apart);

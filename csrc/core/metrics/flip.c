@@ -1,209 +1,141 @@
-/* FLIP at one exposure. Andersson, Nilsson, Akenine-Moeller, Oskarsson, Astroem, Fairchild, "FLIP:
- * A Difference Evaluator for Alternating Images", 2020.
+/* FLIP. Andersson, Nilsson, Akenine-Moeller, Oskarsson, Astroem, Fairchild, "FLIP: A Difference
+ * Evaluator for Alternating Images", 2020.
  *
- * Two passes over rows: display, opponent space and all filters along a row; then all filters
- * across rows and the comparison. Every filter separates: the blue-yellow one is a sum of two
- * Gaussians, the features are derivatives of one. */
-#include "core/metrics/flip.h"
+ * Block by block, on one display after the other: display and opponent space, all filters along
+ * rows, then across them, and the comparison. Every filter separates: the blue-yellow one is a sum
+ * of two Gaussians, the features are derivatives of one. A row looks the same in both images where
+ * they are equal, or so bright that the display shows white for both, as far as filters reach: it
+ * has no error, and is left out. */
+#include "core/metrics/reference.h"
 #include "core/threads.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* What is kept of a row of one image after filtering along it. */
-enum { LUMINANCE, RED_GREEN, BLUE_YELLOW_NARROW, BLUE_YELLOW_WIDE, SMOOTH, EDGE, POINT, PLANES };
+/* What a worker needs for a block. */
+typedef struct {
+    block_source image, reference;
+    float planes[BLOCK_ROWS][FLIP_PLANES][BLOCK_SIDE];
+    flip_seen image_seen, reference_seen;
+    float errors[BLOCK_SIDE][BLOCK_SIDE];
+} flip_workplace;
 
-static int64_t padded_width(const flip_comparison *flip) {
-    return flip->stride + 2 * FLIP_MOST_REACH;
+typedef struct {
+    const moit_image *image;
+    moit_reference *reference;
+    const flip_display *displays;
+    int count;
+    flip_seen **kept;
+    flip_filters filters;
+    const flip_lines *lines;
+    block_errors errors;
+    flip_workplace *workplaces;
+} flip_comparison;
+
+/* The ends of an image repeat outside. */
+static int64_t repeated(int64_t at, int64_t count) {
+    return at < 0 ? 0 : at < count ? at : count - 1;
 }
 
-/* A worker's scratch: three rows of doubles and three padded ones of floats while filtering along
- * rows, 2 FLIP_ROWS of floats after. A whole number of doubles either way. */
-static size_t scratch_bytes(const flip_comparison *flip) {
-    const size_t stride = (size_t)flip->stride, padded = (size_t)padded_width(flip);
-    size_t along = 3 * (sizeof(double) * stride + sizeof(float) * padded);
-    size_t across = 2 * FLIP_ROWS * sizeof(float) * stride;
-    return along > across ? along : across;
-}
-
-static void end(flip_comparison *flip) {
-    free(flip->planes);
-    free(flip->scratch);
-    free(flip->map);
-}
-
-/* false, and nothing to end, where memory is short. The map begins without errors. */
-static bool begin(flip_comparison *flip, const moit_image *image, const moit_image *reference,
-                  const moit_run *run) {
-    *flip = (flip_comparison){
-        .images = {image, reference},
-        .lines = moit_flip_lines_of(run->isa),
-        .stride = (image->width + FLIP_LANES - 1) / FLIP_LANES * FLIP_LANES,
-    };
-    moit_flip_prepare(flip);
-    const size_t height = (size_t)image->height;
-    const size_t workers = (size_t)moit_most_workers(run, 2 * image->height);
-    flip->planes = malloc(2 * PLANES * height * (size_t)flip->stride * sizeof(float));
-    flip->scratch = malloc(workers * scratch_bytes(flip));
-    flip->map = calloc(height * (size_t)image->width, sizeof(float));
-    if (flip->planes && flip->scratch && flip->map) return true;
-    end(flip);
-    return false;
-}
-
-static float *plane_row(const flip_comparison *flip, int image, int plane, int64_t y) {
-    int64_t row = (y * 2 + image) * PLANES + plane;
-    return flip->planes + row * flip->stride;
-}
-
-static void *scratch_of(const flip_comparison *flip, int thread) {
-    return (char *)flip->scratch + scratch_bytes(flip) * (size_t)thread;
-}
-
-/* The neighbours of a padded row: itself, shifted. */
-static void shifted_lines(const float *row, const float *lines[2 * FLIP_MOST_REACH + 1]) {
-    for (int k = -FLIP_MOST_REACH; k <= FLIP_MOST_REACH; ++k) lines[FLIP_MOST_REACH + k] = row + k;
-}
-
-/* Row y of an image on its display, in opponent space; the row's ends repeat outside. */
-static void opponent_row(const flip_comparison *flip, int image, int64_t y, double *rgb,
-                         float *opponent[3]) {
-    const int64_t width = flip->images[0]->width, stride = flip->stride;
-    for (int channel = 0; channel < 3; ++channel) {
-        double *row = rgb + channel * stride;
-        moit_image_row(flip->images[image], y, channel, row);
-        flip->display.apply(flip->display.exposure, row, width);
+/* Sees the rows in `rows` that are not there yet. */
+static void see(const flip_comparison *job, flip_display display, const block_source source,
+                uint64_t rows, float planes[BLOCK_ROWS][FLIP_PLANES][BLOCK_SIDE], flip_seen *seen) {
+    const uint64_t missing = rows & ~seen->rows;
+    if (!missing) return;
+    bool marked[BLOCK_ROWS + 2 * BLOCK_REACH] = {false}, needed[BLOCK_ROWS];
+    for (int y = 0; y < BLOCK_SIDE; ++y) marked[y + 2 * BLOCK_REACH] = missing >> y & 1;
+    moit_reached_rows(marked, BLOCK_REACH, BLOCK_ROWS, needed);
+    for (int y = 0; y < BLOCK_ROWS; ++y) {
+        if (!needed[y]) continue;
+        const double *const rgb[3] = {source[0][y], source[1][y], source[2][y]};
+        float opponent[3][BLOCK_STRIDE];
+        job->lines->show(&job->filters, display, rgb, opponent);
+        job->lines->along(&job->filters, opponent, planes[y]);
     }
-    for (int i = 0; i < 3; ++i) {
-        const float *m = flip->to_opponent[i];
-        const double *r = rgb, *g = r + stride, *b = g + stride;
-        float *row = opponent[i];
-        for (int64_t x = 0; x < width; ++x)
-            row[x] = m[0] * (float)r[x] + m[1] * (float)g[x] + m[2] * (float)b[x];
-        for (int64_t x = -FLIP_MOST_REACH; x < 0; ++x) row[x] = row[0];
-        for (int64_t x = width; x < stride + FLIP_MOST_REACH; ++x) row[x] = row[width - 1];
-    }
+    for (int y = 0; y < BLOCK_SIDE; ++y)
+        if (missing >> y & 1) job->lines->see(&job->filters, planes + y, seen->values[y]);
+    seen->rows |= missing;
 }
 
-static moit_status filter_along(void *context, int64_t item, int thread) {
-    const flip_comparison *flip = context;
-    const int64_t y = item / 2;
-    const int image = (int)(item % 2);
-    double *rgb = scratch_of(flip, thread);
-    float *padded = (float *)(rgb + 3 * flip->stride) + FLIP_MOST_REACH;
-    float *opponent[3] = {padded, padded + padded_width(flip), padded + 2 * padded_width(flip)};
-    opponent_row(flip, image, y, rgb, opponent);
+/* The rows of a block within reach of what the display shows differently. */
+static uint64_t rows_that_differ(flip_display display, const double least[BLOCK_ROWS],
+                                 const image_block *block) {
+    const double white = display.exposed ? 16.0 : 1.0; /* the curve is above 1 from 12 on */
+    bool differs[BLOCK_ROWS], reached[BLOCK_SIDE];
+    for (int y = 0; y < BLOCK_ROWS; ++y)
+        differs[y] = least[y] * display.root * display.root < white;
+    moit_reached_rows(differs, BLOCK_REACH, BLOCK_SIDE, reached);
+    uint64_t rows = 0;
+    for (int y = 0; y < block->height; ++y) rows |= (uint64_t)reached[y] << y;
+    return rows;
+}
 
-    const struct {
-        const flip_filter *filter;
-        int from, to;
-    } steps[] = {
-        {&flip->luminance, 0, LUMINANCE},
-        {&flip->red_green, 1, RED_GREEN},
-        {&flip->blue_yellow[0], 2, BLUE_YELLOW_NARROW},
-        {&flip->blue_yellow[1], 2, BLUE_YELLOW_WIDE},
-        {&flip->smooth, 0, SMOOTH},
-        {&flip->edge, 0, EDGE},
-        {&flip->point, 0, POINT},
-    };
-    for (int i = 0; i < PLANES; ++i) {
-        const float *lines[2 * FLIP_MOST_REACH + 1];
-        shifted_lines(opponent[steps[i].from], lines);
-        float *out = plane_row(flip, image, steps[i].to, y);
-        memset(out, 0, sizeof(float) * (size_t)flip->stride);
-        flip->lines->add_filtered(steps[i].filter, lines, out, flip->stride);
+/* Where what is seen of the reference stays, or the worker's own place. */
+static flip_seen *reference_seen(const flip_comparison *job, int display, int64_t block,
+                                 flip_seen *own) {
+    own->rows = 0;
+    if (!job->kept) return own;
+    flip_seen **kept = &job->kept[display * moit_blocks_of(job->image) + block];
+    if (!*kept) *kept = moit_kept(job->reference, 1, sizeof **kept);
+    return *kept ? *kept : own;
+}
+
+static moit_status compare_block(void *context, int64_t index, int thread) {
+    const flip_comparison *job = context;
+    flip_workplace *work = &job->workplaces[thread];
+    const image_block block = moit_block_at(job->image, index);
+    moit_load_block(job->image, &block, BLOCK_REACH, repeated, work->image);
+    moit_load_block(&job->reference->image, &block, BLOCK_REACH, repeated, work->reference);
+    double least[BLOCK_ROWS];
+    moit_least_that_differ(work->image, work->reference, BLOCK_REACH, least);
+
+    memset(work->errors, 0, sizeof work->errors);
+    for (int i = 0; i < job->count; ++i) {
+        const flip_display display = job->displays[i];
+        const uint64_t rows = rows_that_differ(display, least, &block);
+        if (!rows) continue;
+        flip_seen *theirs = reference_seen(job, i, index, &work->reference_seen);
+        flip_seen *ours = &work->image_seen;
+        ours->rows = 0;
+        see(job, display, work->reference, rows, work->planes, theirs);
+        see(job, display, work->image, rows, work->planes, ours);
+        for (int y = 0; y < block.height; ++y)
+            if (rows >> y & 1)
+                job->lines->raise(ours->values[y], theirs->values[y], work->errors[y]);
+    }
+    for (int y = 0; y < block.height; ++y) {
+        double row[BLOCK_SIDE];
+        for (int x = 0; x < BLOCK_SIDE; ++x) row[x] = (double)work->errors[y][x];
+        moit_put_errors(&job->errors, &block, index, y, row, 0, block.width);
     }
     return MOIT_OK;
 }
 
-static void filter_across(const flip_comparison *flip, int image, int64_t y, float *out) {
-    const int64_t stride = flip->stride, height = flip->images[0]->height;
-    const struct {
-        const flip_filter *filter;
-        int from, to;
-    } steps[] = {
-        {&flip->luminance, LUMINANCE, FLIP_Y},
-        {&flip->red_green, RED_GREEN, FLIP_RED_GREEN},
-        {&flip->blue_yellow[0], BLUE_YELLOW_NARROW, FLIP_BLUE_YELLOW},
-        {&flip->blue_yellow[1], BLUE_YELLOW_WIDE, FLIP_BLUE_YELLOW},
-        {&flip->smooth, EDGE, FLIP_EDGE_X},
-        {&flip->edge, SMOOTH, FLIP_EDGE_Y},
-        {&flip->smooth, POINT, FLIP_POINT_X},
-        {&flip->point, SMOOTH, FLIP_POINT_Y},
-    };
-    memset(out, 0, FLIP_ROWS * sizeof(float) * (size_t)stride);
-    for (size_t i = 0; i < sizeof steps / sizeof *steps; ++i) {
-        const float *lines[2 * FLIP_MOST_REACH + 1];
-        for (int64_t k = -FLIP_MOST_REACH; k <= FLIP_MOST_REACH; ++k) {
-            int64_t inside = y + k < 0 ? 0 : y + k >= height ? height - 1 : y + k;
-            lines[FLIP_MOST_REACH + k] = plane_row(flip, image, steps[i].from, inside);
-        }
-        flip->lines->add_filtered(steps[i].filter, lines, out + steps[i].to * stride, stride);
-    }
-}
-
-static moit_status compare_across(void *context, int64_t y, int thread) {
-    const flip_comparison *flip = context;
-    const int64_t stride = flip->stride, width = flip->images[0]->width;
-    float *filtered[2] = {scratch_of(flip, thread)};
-    filtered[1] = filtered[0] + FLIP_ROWS * stride;
-    for (int image = 0; image < 2; ++image) filter_across(flip, image, y, filtered[image]);
-    /* The errors may take the place of what they are made of. */
-    float *errors = filtered[0], *map = flip->map + y * width;
-    flip->lines->errors(flip->from_opponent, filtered[0], filtered[1], errors, stride);
-    for (int64_t x = 0; x < width; ++x) map[x] = errors[x] > map[x] ? errors[x] : map[x];
-    return MOIT_OK;
-}
-
-moit_status moit_flip_see(flip_comparison *flip, flip_display display, const moit_run *run) {
-    flip->display = display;
-    moit_status status = moit_parallel_for(run, 2 * flip->images[0]->height, filter_along, flip);
-    if (status != MOIT_OK) return status;
-    return moit_parallel_for(run, flip->images[0]->height, compare_across, flip);
-}
-
-static double store_and_average(const flip_comparison *flip, void *map) {
-    const moit_image *image = flip->images[0];
-    double total = 0.0, *row = (double *)flip->scratch;
-    for (int64_t y = 0; y < image->height; ++y) {
-        double sum = 0.0;
-        for (int64_t x = 0; x < image->width; ++x) {
-            row[x] = (double)flip->map[y * image->width + x];
-            sum += row[x];
-        }
-        moit_store_map_row(map, image, y, row);
-        total += sum;
-    }
-    return total / (double)(image->height * image->width);
-}
-
-moit_status moit_flip_pool(const moit_image *image, const moit_image *reference, void *map,
-                           double *error,
-                           moit_status (*see)(flip_comparison *flip, const moit_run *run),
-                           const moit_run *run) {
-    moit_assert_comparable(image, reference);
-    flip_comparison flip;
-    if (!begin(&flip, image, reference, run)) return MOIT_NO_MEMORY;
-    moit_status status = see(&flip, run);
-    if (status == MOIT_OK) *error = store_and_average(&flip, map);
-    end(&flip);
+moit_status moit_flip_on(const moit_image *image, moit_reference *reference,
+                         const flip_display *displays, int count, flip_seen **kept, void *map,
+                         double *error, const moit_run *run) {
+    flip_comparison job = {.image = image,
+                           .reference = reference,
+                           .displays = displays,
+                           .count = count,
+                           .kept = kept,
+                           .lines = moit_flip_lines_of(run->isa)};
+    moit_flip_prepare(&job.filters);
+    const int64_t blocks = moit_blocks_of(image);
+    const size_t workers = (size_t)moit_most_workers(run, blocks);
+    if (!moit_begin_errors(&job.errors, image, map)) return MOIT_NO_MEMORY;
+    job.workplaces = malloc(workers * sizeof *job.workplaces);
+    moit_status status = MOIT_NO_MEMORY;
+    if (job.workplaces) status = moit_parallel_for(run, blocks, compare_block, &job);
+    free(job.workplaces);
+    const double total = moit_end_errors(&job.errors);
+    if (status == MOIT_OK) *error = total / (double)(image->height * image->width);
     return status;
 }
 
 /* The display's sRGB encoding, and the decoding that FLIP starts with, undo each other. */
-static void clip(double exposure, double *row, int64_t width) {
-    (void)exposure;
-    for (int64_t x = 0; x < width; ++x) {
-        double bright = row[x] > 0.0 ? row[x] : 0.0;
-        row[x] = bright < 1.0 ? bright : 1.0;
-    }
-}
-
-static moit_status see_once(flip_comparison *flip, const moit_run *run) {
-    return moit_flip_see(flip, (flip_display){.apply = clip}, run);
-}
-
-moit_status moit_flip(const moit_image *image, const moit_image *reference, void *map,
-                      double *error, const moit_run *run) {
-    return moit_flip_pool(image, reference, map, error, see_once, run);
+moit_status moit_flip_of(const moit_image *image, moit_reference *reference, void *map,
+                         double *error, const moit_run *run) {
+    const flip_display clipped = {.exposed = false, .root = 1.0};
+    return moit_flip_on(image, reference, &clipped, 1, reference->flip, map, error, run);
 }

@@ -36,7 +36,7 @@ static void scale(flip_filter *filter, double factor) {
 }
 
 /* Table 1. */
-static void contrast_sensitivity(flip_comparison *flip) {
+static void contrast_sensitivity(flip_filters *flip) {
     scale(&flip->luminance, 1.0 / sensitivity(&flip->luminance, 1.0, 0.0047));
     scale(&flip->red_green, 1.0 / sensitivity(&flip->red_green, 1.0, 0.0053));
     double narrow = sensitivity(&flip->blue_yellow[0], 34.1, 0.04);
@@ -46,11 +46,11 @@ static void contrast_sensitivity(flip_comparison *flip) {
 
 /* 4.2: a Gaussian as wide as an edge detector of 0.082 degrees, and its derivatives, of which
  * positive and negative weights sum to 1 and -1 each. */
-static void features(flip_comparison *flip) {
+static void features(flip_filters *flip) {
     const double sigma = 0.5 * 0.082 * pixels_per_degree;
     const int reach = (int)ceil(3.0 * sigma);
     double smooth = 0.0, edge = 0.0, rising = 0.0, falling = 0.0;
-    double weights[3][FLIP_MOST_REACH + 1];
+    double weights[3][BLOCK_REACH + 1];
     for (int k = 0; k <= reach; ++k) {
         double both = k ? 2.0 : 1.0, gauss = exp(-0.5 * k * k / (sigma * sigma));
         weights[0][k] = gauss;
@@ -61,7 +61,7 @@ static void features(flip_comparison *flip) {
         *(weights[2][k] > 0.0 ? &rising : &falling) += both * fabs(weights[2][k]);
     }
     flip->smooth = (flip_filter){.reach = reach};
-    flip->edge = (flip_filter){.reach = reach, .odd = true};
+    flip->edge = (flip_filter){.reach = reach};
     flip->point = (flip_filter){.reach = reach};
     for (int k = 0; k <= reach; ++k) {
         flip->smooth.weights[k] = (float)(weights[0][k] / smooth);
@@ -72,7 +72,7 @@ static void features(flip_comparison *flip) {
 
 /* Opponent space is (y, x - y, y - z) over white. CIE's offsets and factors, the same for both
  * images and every pixel, would cancel again after the linear filters. */
-static void opponent_space(flip_comparison *flip) {
+static void opponent_space(flip_filters *flip) {
     const double(*m)[3] = moit_xyz_over_white;
     double inverse[3][3], determinant = 0.0;
     for (int i = 0; i < 3; ++i) {
@@ -95,7 +95,7 @@ static void opponent_space(flip_comparison *flip) {
     }
 }
 
-void moit_flip_prepare(flip_comparison *flip) {
+void moit_flip_prepare(flip_filters *flip) {
     contrast_sensitivity(flip);
     features(flip);
     opponent_space(flip);

@@ -51,20 +51,10 @@ FN real greatest_difference(void) {
     return color_difference(hunt_lab((rgb){none, full, none}), hunt_lab((rgb){none, none, full}));
 }
 
-FN seen see(const float from_opponent[3][3], const float *filtered, int64_t stride) {
-    real v[FLIP_ROWS], channels[3];
-    for (int i = 0; i < FLIP_ROWS; ++i) memcpy(&v[i], filtered + i * stride, sizeof(real));
-    for (int i = 0; i < 3; ++i) {
-        const float *m = from_opponent[i];
-        channels[i] =
-            K(m[0]) * v[FLIP_Y] + K(m[1]) * v[FLIP_RED_GREEN] + K(m[2]) * v[FLIP_BLUE_YELLOW];
-        channels[i] = clamp(channels[i], K(0.0), K(1.0));
-    }
-    return (seen){
-        hunt_lab((rgb){channels[0], channels[1], channels[2]}),
-        sqrt(v[FLIP_EDGE_X] * v[FLIP_EDGE_X] + v[FLIP_EDGE_Y] * v[FLIP_EDGE_Y]),
-        sqrt(v[FLIP_POINT_X] * v[FLIP_POINT_X] + v[FLIP_POINT_Y] * v[FLIP_POINT_Y]),
-    };
+FN seen load_seen(const float row[FLIP_SEEN][BLOCK_SIDE], int x) {
+    return (seen){{load(row[FLIP_L] + x), load(row[FLIP_A] + x), load(row[FLIP_B] + x)},
+                  load(row[FLIP_EDGES] + x),
+                  load(row[FLIP_POINTS] + x)};
 }
 
 /* The color's error, the closer to 1 the more the features differ. Color differences beyond 0.4 of
@@ -79,49 +69,158 @@ FN real error_of(seen p, seen q, real greatest) {
     return min(raised(error, 1.0f - sqrt(feature)), K(1.0));
 }
 
-static void flip_errors(const float from_opponent[3][3], const float *image, const float *reference,
-                        float *errors, int64_t stride) {
+static void raise_errors(const float image[FLIP_SEEN][BLOCK_SIDE],
+                         const float reference[FLIP_SEEN][BLOCK_SIDE], float errors[BLOCK_SIDE]) {
     const real greatest = greatest_difference();
-    for (int64_t x = 0; x < stride; x += LANES) {
-        seen p = see(from_opponent, image + x, stride);
-        seen q = see(from_opponent, reference + x, stride);
-        real error = error_of(p, q, greatest);
-        memcpy(errors + x, &error, sizeof error);
+    for (int x = 0; x < BLOCK_SIDE; x += LANES) {
+        real error = error_of(load_seen(image, x), load_seen(reference, x), greatest);
+        store(errors + x, max(load(errors + x), error));
     }
 }
 
-/* Adds to `many` vectors of out what one filter gives there, in its order for any lanes. */
-FN void add_at(const flip_filter *filter, const bool odd, const int many,
-               const float *const *centre, int64_t x, float *restrict out) {
-    real sum[4];
-    for (int i = 0; i < many; ++i)
-        sum[i] =
-            load(out + x + i * LANES) + K(filter->weights[0]) * load(centre[0] + x + i * LANES);
-    for (int k = 1; k <= filter->reach; ++k) {
-        const float *before = centre[-k] + x, *after = centre[k] + x;
-        const real weight = K(filter->weights[k]);
-        for (int i = 0; i < many; ++i) {
-            real a = load(after + i * LANES), b = load(before + i * LANES);
-            sum[i] += weight * (odd ? a - b : a + b);
+FN real aces(real x) {
+    real below = x * (K(MOIT_ACES_SQUARE_BELOW) * x + K(MOIT_ACES_SLOPE_BELOW))
+                 + K(MOIT_ACES_CONSTANT_BELOW);
+    return min(x * (K(MOIT_ACES_SQUARE) * x + K(MOIT_ACES_SLOPE)) / below, K(1.0));
+}
+
+/* Scaled in doubles, whose range no image leaves. Negative radiance is shown as black: the curve
+ * would turn it bright. */
+FN void display_row(flip_display display, const double *row, float *shown) {
+    const double root = display.root, white = display.exposed ? 100.0 : 1.0;
+    for (int x = 0; x < BLOCK_STRIDE; ++x) {
+        double bright = row[x] > 0.0 ? row[x] : 0.0;
+        bright = bright * root * root;
+        shown[x] = (float)(bright < white ? bright : white);
+    }
+    if (!display.exposed) return;
+    for (int x = 0; x < BLOCK_STRIDE; x += LANES) store(shown + x, aces(load(shown + x)));
+}
+
+static void show(const flip_filters *filters, flip_display display, const double *const rgb[3],
+                 float opponent[3][BLOCK_STRIDE]) {
+    float shown[3][BLOCK_STRIDE];
+    for (int i = 0; i < 3; ++i) display_row(display, rgb[i], shown[i]);
+    for (int x = 0; x < BLOCK_STRIDE; x += LANES) {
+        real r = load(shown[0] + x), g = load(shown[1] + x), b = load(shown[2] + x);
+        for (int i = 0; i < 3; ++i) {
+            const float *m = filters->to_opponent[i];
+            store(opponent[i] + x, K(m[0]) * r + K(m[1]) * g + K(m[2]) * b);
         }
     }
-    for (int i = 0; i < many; ++i) store(out + x + i * LANES, sum[i]);
 }
 
-FN void add_all(const flip_filter *filter, const bool odd, const float *const *centre,
-                float *restrict out, int64_t stride) {
-    int64_t x = 0;
-    for (; x + 4 * LANES <= stride; x += 4 * LANES) add_at(filter, odd, 4, centre, x, out);
-    for (; x < stride; x += LANES) add_at(filter, odd, 1, centre, x, out);
+enum { TOGETHER = 2 }; /* vectors along a row, whose sums do not wait for one another */
+
+/* Sums of one filter of even weights; each adds its terms in one order, from the centre on. */
+FN void even_along(const flip_filter *filter, const float *row, real sum[TOGETHER]) {
+    for (int i = 0; i < TOGETHER; ++i) sum[i] = K(filter->weights[0]) * load(row + i * LANES);
+    for (int k = 1; k <= filter->reach; ++k) {
+        for (int i = 0; i < TOGETHER; ++i) {
+            real both = load(row + k + i * LANES) + load(row - k + i * LANES);
+            sum[i] += K(filter->weights[k]) * both;
+        }
+    }
 }
 
-static void add_filtered(const flip_filter *filter, const float *const *lines, float *restrict out,
-                         int64_t stride) {
-    const float *const *centre = lines + FLIP_MOST_REACH;
-    if (filter->odd) add_all(filter, true, centre, out, stride);
-    else add_all(filter, false, centre, out, stride);
+FN void put_along(const real sum[TOGETHER], float *out) {
+    for (int i = 0; i < TOGETHER; ++i) store(out + i * LANES, sum[i]);
 }
 
-const flip_lines TABLE = {add_filtered, flip_errors};
+/* The four filters of luminance, whose sums of both sides are the same. */
+FN void luminance_along(const flip_filters *filters, const float *row, int x,
+                        float planes[FLIP_PLANES][BLOCK_SIDE]) {
+    real narrow[TOGETHER], smooth[TOGETHER], edge[TOGETHER], point[TOGETHER];
+    for (int i = 0; i < TOGETHER; ++i) {
+        real centre = load(row + i * LANES);
+        narrow[i] = K(filters->luminance.weights[0]) * centre;
+        smooth[i] = K(filters->smooth.weights[0]) * centre;
+        edge[i] = K(filters->edge.weights[0]) * centre;
+        point[i] = K(filters->point.weights[0]) * centre;
+    }
+    for (int k = 1; k <= filters->smooth.reach; ++k) {
+        const bool near = k <= filters->luminance.reach;
+        for (int i = 0; i < TOGETHER; ++i) {
+            real after = load(row + k + i * LANES), before = load(row - k + i * LANES);
+            real both = after + before;
+            if (near) narrow[i] += K(filters->luminance.weights[k]) * both;
+            smooth[i] += K(filters->smooth.weights[k]) * both;
+            edge[i] += K(filters->edge.weights[k]) * (after - before);
+            point[i] += K(filters->point.weights[k]) * both;
+        }
+    }
+    put_along(narrow, planes[FLIP_LUMINANCE] + x);
+    put_along(smooth, planes[FLIP_SMOOTH] + x);
+    put_along(edge, planes[FLIP_EDGE] + x);
+    put_along(point, planes[FLIP_POINT] + x);
+}
+
+static void along(const flip_filters *filters, const float opponent[3][BLOCK_STRIDE],
+                  float planes[FLIP_PLANES][BLOCK_SIDE]) {
+    for (int x = 0; x < BLOCK_SIDE; x += TOGETHER * LANES) {
+        const float *luminance = opponent[0] + BLOCK_REACH + x;
+        const float *red_green = opponent[1] + BLOCK_REACH + x;
+        const float *blue_yellow = opponent[2] + BLOCK_REACH + x;
+        real sum[TOGETHER];
+        luminance_along(filters, luminance, x, planes);
+        even_along(&filters->red_green, red_green, sum);
+        put_along(sum, planes[FLIP_NARROW_RED_GREEN] + x);
+        even_along(&filters->blue_yellow[0], blue_yellow, sum);
+        put_along(sum, planes[FLIP_NARROW_BLUE_YELLOW] + x);
+        even_along(&filters->blue_yellow[1], blue_yellow, sum);
+        put_along(sum, planes[FLIP_WIDE_BLUE_YELLOW] + x);
+    }
+}
+
+typedef const float (*plane_rows)[FLIP_PLANES][BLOCK_SIDE];
+
+/* sum + what a filter gives across rows of one plane. */
+FN real even_across(const flip_filter *filter, plane_rows rows, int plane, int x, real sum) {
+    plane_rows centre = rows + BLOCK_REACH;
+    sum += K(filter->weights[0]) * load(centre[0][plane] + x);
+    for (int k = 1; k <= filter->reach; ++k)
+        sum += K(filter->weights[k]) * (load(centre[k][plane] + x) + load(centre[-k][plane] + x));
+    return sum;
+}
+
+/* The lengths of gradients: edges in `edge`, and points in `point`. */
+FN void gradients(const flip_filters *filters, plane_rows rows, int x, real *edge, real *point) {
+    plane_rows centre = rows + BLOCK_REACH;
+    real edge_y = K(0.0);
+    real point_y = K(filters->point.weights[0]) * load(centre[0][FLIP_SMOOTH] + x);
+    for (int k = 1; k <= filters->smooth.reach; ++k) {
+        real after = load(centre[k][FLIP_SMOOTH] + x), before = load(centre[-k][FLIP_SMOOTH] + x);
+        edge_y += K(filters->edge.weights[k]) * (after - before);
+        point_y += K(filters->point.weights[k]) * (after + before);
+    }
+    real edge_x = even_across(&filters->smooth, rows, FLIP_EDGE, x, K(0.0));
+    real point_x = even_across(&filters->smooth, rows, FLIP_POINT, x, K(0.0));
+    *edge = sqrt(edge_x * edge_x + edge_y * edge_y);
+    *point = sqrt(point_x * point_x + point_y * point_y);
+}
+
+static void see(const flip_filters *filters, plane_rows rows, float seen[FLIP_SEEN][BLOCK_SIDE]) {
+    for (int x = 0; x < BLOCK_SIDE; x += LANES) {
+        const real none = K(0.0);
+        real y = even_across(&filters->luminance, rows, FLIP_LUMINANCE, x, none);
+        real rg = even_across(&filters->red_green, rows, FLIP_NARROW_RED_GREEN, x, none);
+        real by = even_across(&filters->blue_yellow[0], rows, FLIP_NARROW_BLUE_YELLOW, x, none);
+        by = even_across(&filters->blue_yellow[1], rows, FLIP_WIDE_BLUE_YELLOW, x, by);
+        real channels[3], edge, point;
+        for (int i = 0; i < 3; ++i) {
+            const float *m = filters->from_opponent[i];
+            channels[i] = clamp(K(m[0]) * y + K(m[1]) * rg + K(m[2]) * by, K(0.0), K(1.0));
+        }
+        lab color = hunt_lab((rgb){channels[0], channels[1], channels[2]});
+        gradients(filters, rows, x, &edge, &point);
+        store(seen[FLIP_L] + x, color.lightness);
+        store(seen[FLIP_A] + x, color.a);
+        store(seen[FLIP_B] + x, color.b);
+        store(seen[FLIP_EDGES] + x, edge);
+        store(seen[FLIP_POINTS] + x, point);
+    }
+}
+
+const flip_lines TABLE = {show, along, see, raise_errors};
 
 #include "core/stages/lanes_end.h"

@@ -2,149 +2,185 @@
  * visibility to structural similarity", 2004, with its Gaussian window: sigma 1.5, cut at 11 taps,
  * covariances divided by the weights' sum, k1 = 0.01, k2 = 0.03.
  *
- * All in double: a variance is what is left of two nearly equal numbers. */
-#include "core/metrics/metrics.h"
+ * Block by block, and all in double: a variance is what is left of two nearly equal numbers. Of
+ * rows whose pixels are equal in both images, as far as the window reaches, eq. 13 gives 1 without
+ * an error of rounding: they are left out. */
+#include "core/metrics/reference.h"
 #include "core/threads.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
-enum {
-    REACH = 5,            /* taps on either side, and the border that the mean leaves out */
-    PMOIT_SRGB_LANES = 4, /* local means of a, b, a^2 + b^2 and a b; eq. 13 needs no more */
-};
-
-static const double c1 = 0.01 * 0.01, c2 = 0.03 * 0.03;
+/* What a worker needs for a block. */
+typedef struct {
+    block_source image, reference;
+    double encoded[SSIM_ROWS][BLOCK_STRIDE];
+    double along[3][SSIM_ROWS][BLOCK_SIDE]; /* filtered along rows */
+    double similarity[BLOCK_SIDE][BLOCK_SIDE];
+    ssim_seen seen; /* of the reference, where nothing is kept */
+} ssim_workplace;
 
 typedef struct {
-    const moit_image *images[2];
-    int64_t stride; /* of a row of doubles, in whole lanes */
-    int channel;    /* the one being worked on */
-    double weights[REACH + 1];
-    double *planes; /* (PMOIT_SRGB_LANES, height, stride), filtered along rows */
-    double *sum;    /* (height, stride): similarity summed over channels */
-    double *rows;   /* PMOIT_SRGB_LANES rows of padded_width a worker */
-} similarity;
+    const moit_image *image;
+    moit_reference *reference;
+    const ssim_lines *lines;
+    double weights[SSIM_REACH + 1];
+    block_errors errors;
+    ssim_workplace *workplaces;
+} ssim_comparison;
 
-static int64_t padded_width(const similarity *job) {
-    return job->stride + 2 * REACH + MOIT_SRGB_LANES;
+/* row[-1] is row[0], row[-2] is row[1]: the mirror stands between pixels. Columns and rows of a
+ * block that the image has not, and their neighbours, may be any. */
+static int64_t mirrored(int64_t at, int64_t count) {
+    if (at < 0) return -1 - at;
+    if (at < count) return at;
+    const int64_t back = 2 * count - 1 - at;
+    return back < 0 ? 0 : back;
 }
 
-/* row[-1] is row[0], row[-2] is row[1]: the mirror stands between pixels. */
-static int64_t mirrored(int64_t x, int64_t width) {
-    if (x < 0) return -1 - x;
-    return x < width ? x : 2 * width - 1 - x;
+static void filter_along(const ssim_comparison *job, const double row[BLOCK_STRIDE],
+                         double out[BLOCK_SIDE]) {
+    const double *lines[2 * SSIM_REACH + 1];
+    for (int k = 0; k <= 2 * SSIM_REACH; ++k) lines[k] = row + k;
+    job->lines->filter(job->weights, lines, out);
 }
 
-/* out = sum over k of weights[|k|] lines[REACH + k]. */
-static void filter(const double weights[REACH + 1], const double *const lines[2 * REACH + 1],
-                   double *restrict out, int64_t width) {
-    for (int64_t x = 0; x < width; ++x) {
-        double sum = weights[0] * lines[REACH][x];
-        for (int k = 1; k <= REACH; ++k)
-            sum += weights[k] * (lines[REACH - k][x] + lines[REACH + k][x]);
-        out[x] = sum;
-    }
+static void filter_across(const ssim_comparison *job, const double (*rows)[BLOCK_SIDE],
+                          double out[BLOCK_SIDE]) {
+    const double *lines[2 * SSIM_REACH + 1];
+    for (int k = 0; k <= 2 * SSIM_REACH; ++k) lines[k] = rows[k];
+    job->lines->filter(job->weights, lines, out);
 }
 
-static double *plane_row(const similarity *job, int plane, int64_t y) {
-    return job->planes + (plane * job->images[0]->height + y) * job->stride;
+/* Which rows round a block those in `rows` need. */
+static void needed_for(uint64_t rows, bool needed[SSIM_ROWS]) {
+    bool marked[SSIM_ROWS + 2 * SSIM_REACH] = {false};
+    for (int y = 0; y < BLOCK_SIDE; ++y) marked[y + 2 * SSIM_REACH] = rows >> y & 1;
+    moit_reached_rows(marked, SSIM_REACH, SSIM_ROWS, needed);
 }
 
-static moit_status filter_row(void *context, int64_t y, int thread) {
-    const similarity *job = context;
-    const int64_t width = job->images[0]->width, padded = padded_width(job);
-    double *scratch = job->rows + PMOIT_SRGB_LANES * padded * thread + REACH;
-    double *values[2] = {scratch, scratch + padded};
-    for (int i = 0; i < 2; ++i) {
-        moit_image_row(job->images[i], y, job->channel, values[i]);
-        for (int64_t x = width; x < job->stride; ++x) values[i][x] = 0.0;
-        moit_encode_srgb(values[i], job->stride);
-        for (int64_t k = 1; k <= REACH; ++k) {
-            values[i][-k] = values[i][mirrored(-k, width)];
-            values[i][width - 1 + k] = values[i][mirrored(width - 1 + k, width)];
+/* The reference's part of the rows in `rows` that are not there yet. */
+static void see(const ssim_comparison *job, uint64_t rows, ssim_workplace *work, ssim_seen *seen) {
+    const uint64_t missing = rows & ~seen->rows;
+    if (!missing) return;
+    bool needed[SSIM_ROWS];
+    needed_for(missing, needed);
+    for (int channel = 0; channel < 3; ++channel) {
+        for (int y = 0; y < SSIM_ROWS; ++y) {
+            if (!needed[y]) continue;
+            double *encoded = seen->encoded[channel][y], squares[BLOCK_STRIDE];
+            job->lines->encode(work->reference[channel][y], encoded);
+            job->lines->multiply(encoded, encoded, squares);
+            filter_along(job, encoded, work->along[0][y]);
+            filter_along(job, squares, work->along[1][y]);
         }
+        for (int y = 0; y < BLOCK_SIDE; ++y)
+            for (int i = 0; missing >> y & 1 && i < 2; ++i)
+                filter_across(job, work->along[i] + y, seen->means[channel][i][y]);
     }
-    double *squares = values[1] + padded, *products = squares + padded;
-    for (int64_t x = -REACH; x < width + REACH; ++x) {
-        double a = values[0][x], b = values[1][x];
-        squares[x] = a * a + b * b;
-        products[x] = a * b;
+    seen->rows |= missing;
+}
+
+static void compare(const ssim_comparison *job, int channel, uint64_t rows,
+                    const bool needed[SSIM_ROWS], ssim_workplace *work, const ssim_seen *seen) {
+    for (int y = 0; y < SSIM_ROWS; ++y) {
+        if (!needed[y]) continue;
+        double *encoded = work->encoded[y], product[BLOCK_STRIDE];
+        job->lines->encode(work->image[channel][y], encoded);
+        filter_along(job, encoded, work->along[0][y]);
+        job->lines->multiply(encoded, encoded, product);
+        filter_along(job, product, work->along[1][y]);
+        job->lines->multiply(encoded, seen->encoded[channel][y], product);
+        filter_along(job, product, work->along[2][y]);
     }
-    for (int plane = 0; plane < PMOIT_SRGB_LANES; ++plane) {
-        const double *lines[2 * REACH + 1];
-        for (int k = -REACH; k <= REACH; ++k) lines[REACH + k] = scratch + plane * padded + k;
-        filter(job->weights, lines, plane_row(job, plane, y), width);
+    for (int y = 0; y < BLOCK_SIDE; ++y) {
+        if (!(rows >> y & 1)) continue;
+        double means[3][BLOCK_SIDE];
+        for (int i = 0; i < 3; ++i) filter_across(job, work->along[i] + y, means[i]);
+        const double *const ours[3] = {means[0], means[1], means[2]};
+        const double *const theirs[2] = {seen->means[channel][0][y], seen->means[channel][1][y]};
+        job->lines->add(ours, theirs, work->similarity[y]);
     }
+}
+
+/* Where the reference's part stays, or the worker's own place. */
+static ssim_seen *reference_seen(moit_reference *reference, int64_t block, ssim_seen *own) {
+    own->rows = 0;
+    if (!reference->ssim) return own;
+    ssim_seen **kept = &reference->ssim[block];
+    if (!*kept) *kept = moit_kept(reference, 1, sizeof **kept);
+    return *kept ? *kept : own;
+}
+
+static uint64_t rows_that_differ(const double least[BLOCK_ROWS], const image_block *block) {
+    bool differs[SSIM_ROWS], reached[BLOCK_SIDE];
+    for (int y = 0; y < SSIM_ROWS; ++y) differs[y] = least[y] < (double)INFINITY;
+    moit_reached_rows(differs, SSIM_REACH, BLOCK_SIDE, reached);
+    uint64_t rows = 0;
+    for (int y = 0; y < block->height; ++y) rows |= (uint64_t)reached[y] << y;
+    return rows;
+}
+
+/* Stores a block's errors; the mean leaves out the border where the mirror takes part. */
+static void put(const ssim_comparison *job, const image_block *block, int64_t index, uint64_t rows,
+                double (*similarity)[BLOCK_SIDE]) {
+    const int64_t right = job->image->width - SSIM_REACH, below = job->image->height - SSIM_REACH;
+    const int first = block->x ? 0 : SSIM_REACH;
+    const int end = (int)(right - block->x < block->width ? right - block->x : block->width);
+    for (int y = 0; y < block->height; ++y) {
+        const int64_t at = block->y + y;
+        const bool counts = at >= SSIM_REACH && at < below;
+        for (int x = 0; x < BLOCK_SIDE; ++x)
+            similarity[y][x] = rows >> y & 1 ? similarity[y][x] / 3.0 : 1.0;
+        moit_put_errors(&job->errors, block, index, y, similarity[y], first, counts ? end : first);
+    }
+}
+
+static moit_status compare_block(void *context, int64_t index, int thread) {
+    const ssim_comparison *job = context;
+    ssim_workplace *work = &job->workplaces[thread];
+    const image_block block = moit_block_at(job->image, index);
+    moit_load_block(job->image, &block, SSIM_REACH, mirrored, work->image);
+    moit_load_block(&job->reference->image, &block, SSIM_REACH, mirrored, work->reference);
+    double least[BLOCK_ROWS];
+    moit_least_that_differ(work->image, work->reference, SSIM_REACH, least);
+    const uint64_t rows = rows_that_differ(least, &block);
+    if (rows) {
+        bool needed[SSIM_ROWS];
+        needed_for(rows, needed);
+        ssim_seen *seen = reference_seen(job->reference, index, &work->seen);
+        see(job, rows, work, seen);
+        memset(work->similarity, 0, sizeof work->similarity);
+        for (int channel = 0; channel < 3; ++channel)
+            compare(job, channel, rows, needed, work, seen);
+    }
+    put(job, &block, index, rows, work->similarity);
     return MOIT_OK;
 }
 
-static moit_status similarity_row(void *context, int64_t y, int thread) {
-    const similarity *job = context;
-    const int64_t width = job->images[0]->width, height = job->images[0]->height;
-    double *means[PMOIT_SRGB_LANES];
-    for (int plane = 0; plane < PMOIT_SRGB_LANES; ++plane) {
-        const double *lines[2 * REACH + 1];
-        for (int k = -REACH; k <= REACH; ++k)
-            lines[REACH + k] = plane_row(job, plane, mirrored(y + k, height));
-        means[plane] = job->rows + (PMOIT_SRGB_LANES * thread + plane) * padded_width(job);
-        filter(job->weights, lines, means[plane], width);
-    }
-    const double *a = means[0], *b = means[1], *squares = means[2], *products = means[3];
-    double *restrict sum = job->sum + y * job->stride;
-    for (int64_t x = 0; x < width; ++x) {
-        double product = a[x] * b[x], square = a[x] * a[x] + b[x] * b[x];
-        double covariance = products[x] - product, variances = squares[x] - square;
-        double similar = ((2.0 * product + c1) * (2.0 * covariance + c2)) /* (13) */
-                         / ((square + c1) * (variances + c2));
-        sum[x] = job->channel == 0 ? similar : sum[x] + similar;
-    }
-    return MOIT_OK;
-}
-
-static void gaussian(double weights[REACH + 1]) {
+static void gaussian(double weights[SSIM_REACH + 1]) {
     double sum = 0.0;
-    for (int k = 0; k <= REACH; ++k) {
+    for (int k = 0; k <= SSIM_REACH; ++k) {
         weights[k] = exp(-0.5 * k * k / (1.5 * 1.5));
         sum += k ? 2.0 * weights[k] : weights[k];
     }
-    for (int k = 0; k <= REACH; ++k) weights[k] /= sum;
+    for (int k = 0; k <= SSIM_REACH; ++k) weights[k] /= sum;
 }
 
-/* Stores the map, gives the mean without the border where the mirror takes part. */
-static double pool(const similarity *job, void *map) {
-    const int64_t width = job->images[0]->width, height = job->images[0]->height;
-    double total = 0.0;
-    for (int64_t y = 0; y < height; ++y) {
-        double *row = job->sum + y * job->stride, sum = 0.0;
-        for (int64_t x = 0; x < width; ++x) row[x] /= 3.0;
-        for (int64_t x = REACH; x < width - REACH; ++x) sum += row[x];
-        if (y >= REACH && y < height - REACH) total += sum;
-        moit_store_map_row(map, job->images[0], y, row);
-    }
-    return total / (double)((width - 2 * REACH) * (height - 2 * REACH));
-}
-
-moit_status moit_ssim(const moit_image *image, const moit_image *reference, void *map,
-                      double *error, const moit_run *run) {
-    moit_assert_comparable(image, reference);
-    const int64_t height = image->height;
-    similarity job = {.images = {image, reference},
-                      .stride =
-                          (image->width + MOIT_SRGB_LANES - 1) / MOIT_SRGB_LANES * MOIT_SRGB_LANES};
+moit_status moit_ssim_of(const moit_image *image, moit_reference *reference, void *map,
+                         double *error, const moit_run *run) {
+    ssim_comparison job = {
+        .image = image, .reference = reference, .lines = moit_ssim_lines_of(run->isa)};
     gaussian(job.weights);
-    const int64_t plane = height * job.stride;
-    const int64_t rows = PMOIT_SRGB_LANES * padded_width(&job) * moit_most_workers(run, height);
-    job.planes = malloc(sizeof(double) * (size_t)((PMOIT_SRGB_LANES + 1) * plane + rows));
-    if (!job.planes) return MOIT_NO_MEMORY;
-    job.sum = job.planes + PMOIT_SRGB_LANES * plane;
-    job.rows = job.sum + plane;
-    moit_status status = MOIT_OK;
-    for (; job.channel < 3 && status == MOIT_OK; ++job.channel) {
-        status = moit_parallel_for(run, height, filter_row, &job);
-        if (status == MOIT_OK) status = moit_parallel_for(run, height, similarity_row, &job);
-    }
-    if (status == MOIT_OK) *error = pool(&job, map);
-    free(job.planes);
+    const int64_t blocks = moit_blocks_of(image), width = image->width, height = image->height;
+    if (!moit_begin_errors(&job.errors, image, map)) return MOIT_NO_MEMORY;
+    job.workplaces = malloc((size_t)moit_most_workers(run, blocks) * sizeof *job.workplaces);
+    moit_status status = MOIT_NO_MEMORY;
+    if (job.workplaces) status = moit_parallel_for(run, blocks, compare_block, &job);
+    free(job.workplaces);
+    const double total = moit_end_errors(&job.errors);
+    if (status == MOIT_OK)
+        *error = total / (double)((width - 2 * SSIM_REACH) * (height - 2 * SSIM_REACH));
     return status;
 }
