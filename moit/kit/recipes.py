@@ -60,6 +60,7 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         "moment-transparency-lr8",
         "two-moments-pass-lr8",
         *_MOMENTS,
+        "power4(resolution=4,total='full')",
         "neural-bounded",
         "neural-bounded6",
         "neural(depth_range='image')",

@@ -198,7 +198,7 @@ def _metal(kit: Include, name: str, lines: list[str]) -> str:
         given += [f"texture2d<float> {one}" for one, _ in kit.extents]
     elif name != "extents" and not (kit.state and name == "shading"):
         between = () if name == "second absorbance" else kit.second
-        first = kit.held if name == MEANS else kit.read_by_shading
+        first = kit.read_by_shading if kit.means and name != MEANS else kit.held
         read = (*first, *kit.extents, *between, *(() if name == "shading" else kit.shaded))
         given += [f"texture2d<float> {one}" for one, _ in read if one not in dict(made)]
     given += [f"thread {_vector('float', size)} &{one}" for one, size in made]
