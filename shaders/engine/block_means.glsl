@@ -5,8 +5,8 @@
 // LEAST_SHADED     what blocks let through at least, as they may hide all of a pixel's fragments
 //                  behind its neighbours', and what is left is scaled to what these cover; defined
 //                  without OWN_TOTAL
-// OWN_TOTAL        1: what is read is scaled to the pixel's own absorbance; 0: it is not, and what a
-//                  pixel covers is the product of 1 - alpha
+// OWN_TOTAL        1: what is read is scaled to the pixel's own absorbance; 0: it is not, and what
+//                  a pixel covers is the product of 1 - alpha
 #include "engine/low_resolution.glsl"
 
 #if OWN_TOTAL
