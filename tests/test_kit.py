@@ -28,11 +28,18 @@ NEURAL = "neural(depth_range='image')"
 WARPED = [one for one in names_with_kits() if moit.technique(one).depth_warp and one != "front2"]
 # Lines of an include, all of them, where 250 do not do: moments in words, whose terms, loads and
 # stores come beside, and a network of 169 numbers beside keys (docs/kits.md).
-MOST_LINES = {"trig3-16": 313, "power8-16": 343, "trig4-16": 368, "strong5": 369}
+MOST_LINES = {"trig3-16": 313, "power8-16": 343, "trig4-16": 368, "strong5": 364}
 
 
 def include(name, language="glsl", depth_range=(0.1, 1000.0)):
     return kits.include(moit.technique(name), language, depth_range)
+
+
+def test_the_page_says_how_long_the_longest_includes_are():
+    page = " ".join((ROOT / "docs" / "kits.md").read_text(encoding="utf-8").split())
+    for name, lines in MOST_LINES.items():
+        assert include(name, "slang").text.count("\n") == lines  # the longest of all languages
+        assert re.search(rf"`{name}` (has up to )?{lines}\b", page), name
 
 
 @pytest.mark.parametrize(
@@ -148,6 +155,7 @@ def test_what_a_technique_has_no_use_for_stays_at_home(name):
     declared = re.findall(r"^\w+ (moit_\w+)\(", text, re.MULTILINE)
     entries = set(include(name).calls) | {"moit_resolved", "moit_loaded", "moit_store"}
     entries |= {"moit_fetched"} if include(name).side > 1 or include(name).programs else set()
+    entries |= {"moit_mean"} if include(name).means else set()
     entries |= {"moit_fetched_second"} if include(name).second else set()
     assert not [one for one in declared if one not in entries and text.count(f"{one}(") < 2]
     assert "EXCLUDE_SELF" not in text
@@ -311,7 +319,7 @@ def test_every_text_for_engines_that_resolves_has_a_kit():
     # parts of others
     used |= {"engine/four_sums.glsl", "engine/six_moments.glsl", "engine/moment_words.glsl"}
     used |= {"engine/six_sums.glsl", "engine/multiplied_up.glsl", "engine/front.glsl"}
-    used.add("engine/let_through.glsl")
+    used |= {"engine/let_through.glsl", "engine/block_means.glsl"}
     found = {one for one in texts._texts() if one.startswith("engine/")}
     resolving = {
         one for one in found if re.search(r"^vec4 resolve", texts.plain(one), re.MULTILINE)
@@ -357,7 +365,9 @@ def test_the_table_is_what_the_technique_draws_to(name, tmp_path):
     drawn = [one for one in technique.targets if one.blend != "ordered"]
     if second := shipped_targets_of(technique).second:  # moit's own passes draw to the first again
         drawn[-1 - (technique.block_side > 1) : -1 - (technique.block_side > 1)] = second
-    for made, target in zip(table["targets"], drawn, strict=False):
+    # means are drawn once, and no target of the technique's
+    given = [one for one in table["targets"] if not one["name"].startswith("mean")]
+    for made, target in zip(given, drawn, strict=False):
         letters = re.sub(
             r"[\d_].*", "", made["format"]["vulkan"].replace("16", "").replace("32", "")
         )
@@ -546,7 +556,8 @@ def test_an_unknown_language_lists_those_there_are(tmp_path):
         ("neural-bounded(depth_range='pixel')", "how long.*nearest is 'neural-bounded'"),
         ("trig3(wrapping_zone=0.0)", "wrapping zone"),
         ("two-moments-pass(storage='nlqm')", "one set.*nearest is 'two-moments-pass'"),
-        ("power4(resolution=4)", "mean of its pixels'.*nearest is 'power4'"),
+        ("power4(resolution=4,upsampling='depth-aware')", "shares alone.*is 'power4.resolution=4"),
+        ("wavelet8(resolution=4,total='full')", "over its coeff.*is 'wavelet8.resolution=4"),
         (
             "moment-transparency(resolution=4,low_resolution='average')",
             "mean of its pixels'.*nearest is 'moment-transparency'",

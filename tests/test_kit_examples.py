@@ -85,6 +85,46 @@ def test_small_targets_are_read_between_their_texels(example, tmp_path):
     assert np.abs(drawn - at_full).max() > 10 * HALF  # which small targets can not give
 
 
+# Moments of blocks that are means, and a pixel's own total.
+MEANS = """
+struct Sums { @location(0) a: vec4f, @location(1) b: f32 }
+@fragment fn absorbance(in: Pane) -> Sums {
+    let sums = moit_accumulate(moit_warped(in.depth), in.alpha);
+    return Sums(sums.target0, sums.target1);
+}
+@fragment fn means(@builtin(position) position: vec4f) -> Sums {
+    let mean = moit_mean(vec2<i32>(position.xy));
+    return Sums(mean.target0, mean.target1);
+}
+@fragment fn shading(in: Pane) -> @location(0) vec4f {
+    let pixel = moit_factor(moit_fetched(vec2<i32>(in.position.xy)));
+    let through = moit_transmittance(pixel, moit_warped(in.depth), in.alpha);
+    return moit_shaded(in.color, in.alpha, through);
+}
+@fragment fn resolve(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    return moit_resolved(vec2<i32>(position.xy));
+}
+"""
+
+
+@pytest.mark.parametrize("side", [3, 7])  # whose last blocks are cut
+def test_blocks_are_means_of_their_pixels(side, example, tmp_path):
+    device = kits.wgpu_device()
+    if "float32-blendable" not in device.features:
+        pytest.skip("this driver does not blend targets of 32-bit floats")
+    program, panes = example("wgpu_panes"), example("panes")
+    name = f"power4(resolution={side},total='full'"
+    moit.export(f"{name})", tmp_path, "wgsl", depth_range=(panes.NEAR, panes.FAR))
+    table = json.loads((tmp_path / "targets.json").read_text())
+    found = panes.panes()
+    drawn = program.draw(
+        found, (tmp_path / table["include"]).read_text() + program.VERTEX + MEANS, table
+    )
+    exact = panes.reference(f"{name},bias={kits_bias(table)})", found)
+    assert np.abs(drawn - exact).max() < HALF
+    assert np.abs(drawn - panes.reference("power4", found)).max() > 10 * HALF
+
+
 def kits_bias(table) -> str:
     return next(one["value"] for one in table["options"] if one["name"] == "MOIT_BIAS")
 

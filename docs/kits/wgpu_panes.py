@@ -102,6 +102,7 @@ def draw(found: np.ndarray, text: str, table: dict) -> np.ndarray:
     known = {one["name"]: one for one in table["targets"]}
     for one in table["passes"]:
         resolves = one["name"] == "resolve"
+        covers = "geometry" not in one["draws"]  # pixels, once each
         targets = [] if resolves else [known[name] for name in one["targets"]]
         states = [blended(t["format"]["webgpu"], t["blend"]) for t in targets]
         if resolves:
@@ -110,8 +111,8 @@ def draw(found: np.ndarray, text: str, table: dict) -> np.ndarray:
             layout="auto",
             vertex={
                 "module": module,
-                "entry_point": "whole" if resolves else "pane",
-                "buffers": [] if resolves else [layout],
+                "entry_point": "whole" if covers else "pane",
+                "buffers": [] if covers else [layout],
             },
             fragment={"module": module, "entry_point": one["name"], "targets": states},
         )
@@ -132,9 +133,9 @@ def draw(found: np.ndarray, text: str, table: dict) -> np.ndarray:
             ]
             group = pipeline.get_bind_group_layout(0)
             render.set_bind_group(0, device.create_bind_group(layout=group, entries=entries))
-        if not resolves:
+        if not covers:
             render.set_vertex_buffer(0, geometry)
-        render.draw(3 if resolves else len(data))
+        render.draw(3 if covers else len(data))
         render.end()
     device.queue.submit([encoder.finish()])
     rows = device.queue.read_texture(

@@ -123,8 +123,11 @@ def predicted(
         blocks = technique.block_side**2
         second = sum(map(_texel, targets.second))
         written = 2 * _often(targets) * (state - second) + 2 * sum(map(_texel, targets.tail))
-        one = time.fragments(_cycles(costs, ACCUMULATE), written) / blocks
+        means = _has_means(technique)
+        one = time.fragments(_cycles(costs, ACCUMULATE), written) / (1 if means else blocks)
         spent["capture"] = one * (1 if second else max(1, rounds))
+        if means:  # which read what all pixels have
+            spent["capture"] += time.pixels(0, state + state / blocks, frame.pixels)
         if second:
             spent["capture"] += (
                 time.fragments(_cycles(costs, ACCUMULATE_SECOND), 2 * second) / blocks
@@ -134,6 +137,7 @@ def predicted(
         written = 2 * sum(map(_texel, targets.shaded))
         if targets.held:
             spent |= _second_pass(time, costs, written, state, technique.block_side**2)
+            spent["shade"] += time.pixels(0, _own_total(technique), frame.touched)
         else:
             spent["shade"] = time.fragments(_cycles(costs, ACCUMULATE), written)
     if technique.kind != "unsorted":
@@ -282,6 +286,16 @@ def _state(technique: Technique, targets: Targets) -> float:
     return float(sum(map(_texel, (*targets.held, *targets.second))))
 
 
+def _has_means(technique: Technique) -> bool:
+    """Whether states of blocks are means of pixels', which are drawn at the picture's size."""
+    return technique.block_side > 1 and getattr(technique, "low_resolution", "") != "raster"
+
+
+def _own_total(technique: Technique) -> int:
+    """Bytes of a pixel's total absorbance, where that stands beside what blocks have."""
+    return WORD * (technique.block_side > 1 and getattr(technique, "total", "") == "full")
+
+
 def _ordered(targets: Targets) -> str:
     ordered = [one.format for one in targets.held if one.blend == "ordered"]
     if not ordered:
@@ -303,7 +317,9 @@ def bytes_of(technique: Technique) -> tuple[float | None, float | None]:
         return _bytes_of_slices(technique, targets)
     if technique.kind in KEYED:
         return _bytes_of_keys(technique, targets)
-    held = _state(technique, targets) / technique.block_side**2
+    state, side = _state(technique, targets), technique.block_side
+    held = state / side**2 + _own_total(technique)
+    drawn = state if _has_means(technique) else state / side**2
     held += sum(map(_texel, targets.tail))
     shaded = list(map(_texel, targets.shaded))
     if targets.rounds:  # a layer, and depths of a round and the one before
@@ -312,7 +328,8 @@ def bytes_of(technique: Technique) -> tuple[float | None, float | None]:
     if targets.samples:
         depth, colours = targets.samples * DEPTH, targets.samples * sum(shaded)
         return held + depth, 2 * (held + colours) + 3 * depth
-    return held + sum(shaded[1:]), 2 * (held + sum(shaded))
+    drawn += sum(map(_texel, targets.tail))
+    return held + sum(shaded[1:]), 2 * (drawn + sum(shaded))
 
 
 def _words_of_keys(technique: Any) -> tuple[float, float]:

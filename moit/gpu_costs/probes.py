@@ -66,6 +66,7 @@ FRAGMENT = {
     "kept_sum": "vec4",
     "rest_sum": "vec4",
     "let_through": "float",
+    "total": "float",
     "share": "vec4",
     "pixel": "uvec2",
     "place": "uvec2",

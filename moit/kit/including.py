@@ -61,6 +61,8 @@ class Include:
     by_factors : of programs, what an engine calls beside the pass that shades where another pass
         makes factors.
     plain : the text with room for everything, however long: what is computed, whatever the layout.
+    means : targets of the means of blocks, where fragments add at the picture's size.
+    own_total : the target of `held` that pixels scale these to; "" where they do not.
     touched : of those that passes call which arrays they read, and which they change.
     notes : what the page says of functions, structs and constants, and of the whole ("") beyond
         the one line that each has in the text.
@@ -92,6 +94,14 @@ class Include:
     extents: tuple[tuple[str, Target], ...] = ()
     resolves: tuple[str, ...] = ()
     by_factors: tuple[str, ...] = ()
+    means: tuple[tuple[str, Target], ...] = ()
+    own_total: str = ""
+
+    @property
+    def read_by_shading(self) -> tuple[tuple[str, Target], ...]:
+        """Of what pass 1 left, the textures that a fetch of `sums` reads."""
+        own = [one for one in self.held if one[0] == self.own_total]
+        return (*self.means, *own) if self.means else self.held or self.shaded
 
     @property
     def resolve_reads_sums(self) -> bool:
@@ -141,7 +151,9 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     kept = _kept(recipe, held, shaded, entries)
     resolves = _given_to("moit_resolve", items)
     stem = re.sub(r"\W+", "_", technique.base_name)
-    bound = len(held) + len(second) + len(shaded) + len(extents)
+    means = tuple((f"mean{i}", one) for i, one in enumerate(recipe.means))
+    own_total = held[-1][0] if recipe.own_total else ""
+    bound = len(held) + len(means) + len(second) + len(shaded) + len(extents)
     buffers = tuple(
         buffer_of(language.name, names[one], rows, stem, bound + i)
         for i, (one, rows) in enumerate(recipe.buffers.items())
@@ -162,7 +174,8 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
             fetched = keeping(language.name, kept, tight)
         else:
             small = recipe.side > 1
-            fetched = fetching(language.name, held, shaded, second, extents, tight, small, resolves)
+            read = (held, shaded, second, extents, tight, small, resolves, means, own_total)
+            fetched = fetching(language.name, *read)
         apart = "\n\n" if tight < FILLED else "\n"
         inside = apart.join([*(part for part in parts if part), fetched])
         if language is not WGSL:
@@ -209,6 +222,8 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
         extents,
         resolves,
         tuple(names[one] for one in recipe.by_factors if one in names),
+        means,
+        own_total,
     )
 
 

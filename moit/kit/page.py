@@ -16,7 +16,7 @@ from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
 from moit.kit.memory_page import early_tests, how_bound, memory_table
 from moit.kit.recipe import Recipe
-from moit.kit.small_targets import FARTHEST
+from moit.kit.small_targets import FARTHEST, MEANS
 from moit.kit.table import FORMATS, format_names, table_of
 from moit.kit.usage import DEPTHS, factors_call, factors_shade, usage_text
 from moit.system.version import VERSION
@@ -28,7 +28,6 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
     language = include.language
     made_with = arguments_of(recipe, language)
     sized = ("size",) if include.side > 1 else ()
-    side = _side(include)
     parts = [
         f"# {technique} in {_NAMES[language.name]}",
         f"`{include.name}` is {technique.source}, as moit {VERSION} has it: order-independent "
@@ -72,7 +71,7 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
                 for one in table["targets"]
             ],
         ),
-        *([] if side == 1 else [_small(side, _OF_TEXELS[bool(include.programs)])]),
+        *_of_blocks(include),
         *_memory(include),
         "## Calls",
         f"```{language.ending}\n{usage_text(include)}\n```",
@@ -119,6 +118,24 @@ def _side(include: Include) -> int:
         sides = [one.value for one in include.options if one.name == "MOIT_RESOLUTION"]
         return int(sides[0]) if small else 1
     return include.side
+
+
+def _of_blocks(include: Include) -> list[str]:
+    """What targets of blocks need of an engine."""
+    side = _side(include)
+    if include.means:
+        read = sum(texel_bytes(one.format) for _, one in include.means) / side**2
+        beside = f", and {include.own_total} of the pixel itself" if include.own_total else ""
+        return [
+            f"A texel of the smaller targets has the mean of {side} by {side} pixels, counted from "
+            "the picture's first pixel, of fewer where the picture ends; their sides are the "
+            f"picture's divided by {side}, rounded up. `{MEANS}` draws to all of them once. "
+            f"Shading reads {read:g} bytes a pixel of them{beside}. Other sides of blocks: "
+            "`MOIT_RESOLUTION`. An engine that would rather have no pass at the picture's size may "
+            "draw pass 1 to the smaller targets themselves, blended, and leave this pass out: "
+            "blocks then have what is seen at their middle, of which no error was measured."
+        ]
+    return [] if side == 1 else [_small(side, _OF_TEXELS[bool(include.programs)])]
 
 
 _OF_TEXELS = {
@@ -306,7 +323,10 @@ def _factors(include: Include) -> list[str]:
 
 def _bindings(include: Include) -> str:
     """How the include reads what passes before left."""
-    kept = (*include.held, *include.second, *include.shaded, *include.extents)
+    kept = (
+        *(*include.held, *include.means, *include.second),
+        *(*include.shaded, *include.extents),
+    )
     last = len(kept) - 1
     if include.state:
         last = len(include.held) + len(include.shaded)

@@ -35,6 +35,8 @@ ENTRIES = (
 _LAST = ("shaded", "resolve", "resolve_color")
 # What interpolates between texels of small targets (moit.kit.small_targets).
 BETWEEN = ("texel_before", "shares_of_texels", "between", "between_second")
+# What makes means of blocks, and scales them (moit.kit.block_means).
+MEANS = ("added", "scaled", "scaled_to")
 # Shapes of techniques that the depth test sorts: by drawing again, by samples of a pixel, by what
 # is left of all fragments.
 PEELED, SAMPLED, HASHED = "peeled", "sampled", "hashed"
@@ -78,6 +80,9 @@ class Recipe:
         or order makes it.
     side : of blocks of pixels that have a texel each of `held` and `second`; 1: targets are of the
         picture's size.
+    means : of blocks: `held` is of the picture's size, and these, with a texel for each block, take
+        the means of its pixels in a pass between.
+    own_total : whether pixels have their own total absorbance beside, the last of `held`.
     state : words that fragments change in order; `held` is then what leaves them is blended to.
     extents : of a pass before all others, of each pixel's own range of depth (moit.kit.own_range),
         which stands for the camera's.
@@ -102,6 +107,8 @@ class Recipe:
     count: int = 0
     second: tuple[Target, ...] = ()
     side: int = 1
+    means: tuple[Target, ...] = ()
+    own_total: bool = False
     extents: tuple[Target, ...] = ()
     memory: tuple[Memory, ...] = ()
     programs: tuple[Program, ...] = ()
@@ -126,6 +133,8 @@ class Recipe:
     @property
     def fetching(self) -> tuple[str, ...]:
         """What the include itself calls where it fetches numbers of targets."""
+        if self.means:
+            return (*BETWEEN, *MEANS)
         return BETWEEN if self.side > 1 else ()
 
     @property

@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 
 from moit.catalog import Technique
+from moit.catalog.blocks import InBlocks
 from moit.catalog.moment_transparency import STORAGES
 from moit.catalog.network import network_of
 from moit.catalog.renormalised import Renormalised
 from moit.catalog.targets import Target, shipped_targets_of
+from moit.kit.block_means import check_blocks, in_blocks
 from moit.kit.fourier_text import MOST, fourier_text
 from moit.kit.gathered_recipes import avboit, slices
 from moit.kit.keyed_recipes import anchors, front, strong
@@ -38,6 +40,8 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
         raise _no_kit(technique, why, f"'{technique.base_name}'")
     own = is_in_own_range(technique)
     recipe = replace(make(technique, depth_range), depth_range=depth_range)
+    if isinstance(technique, InBlocks) and technique.block_side > 1:
+        return in_blocks(technique, recipe)
     return in_own_range(recipe) if own else recipe
 
 
@@ -56,6 +60,7 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         "moment-transparency-lr8",
         "two-moments-pass-lr8",
         *_MOMENTS,
+        "power4(resolution=4,total='full')",
         "neural-bounded",
         "neural-bounded6",
         "neural(depth_range='image')",
@@ -166,7 +171,7 @@ def _weighted_sum(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     count = technique.coefficients
-    _refuse_options(technique, f"'{technique.base_name}'")
+    _check_blocks(technique, f"'{technique.base_name}'")
     held, shaded = _targets(technique)
     if count == MOST:  # two and one as four, of which one number is spared: eight targets, not nine
         held = (*held[:-2], held[0])
@@ -185,7 +190,7 @@ def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 
 def _wavelet(technique: Any, depth_range: tuple[float, float]) -> Recipe:
-    _refuse_options(technique, f"'{technique.base_name}'")
+    _check_blocks(technique, f"'{technique.base_name}'")
     held, shaded = _targets(technique)
     levels = technique.coefficients.bit_length() - 1
     return Recipe(
@@ -208,13 +213,16 @@ def _wavelet(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     )
 
 
-def _refuse_options(technique: Any, plain: str) -> None:
+def _check_blocks(technique: Any, plain: str) -> None:
+    """ValueError where its states are of blocks in a way that no kit has."""
     if technique.block_side > 1 and getattr(technique, "low_resolution", "") != "raster":
-        why = (
-            "a block's state is the mean of its pixels', which have to be drawn at their own size "
-            "first; the text reads a pixel's own state, or what a smaller target has by itself"
-        )
-        raise _no_kit(technique, why, plain)
+        if technique.kind == "moment-transparency":
+            why = (
+                "a block's state is the mean of its pixels', which have to be drawn at their own "
+                "size first; the text reads what a smaller target has by itself"
+            )
+            raise _no_kit(technique, why, plain)
+        check_blocks(technique, plain.strip("'"))
 
 
 def _fixed(technique: Any, exclude_self: bool) -> dict[str, int]:
@@ -234,7 +242,7 @@ def _of_moments(technique: Any, warp: dict[str, float | int]) -> dict[str, Any]:
 
 def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     name = f"{technique.kind}{technique.count}"
-    _refuse_options(technique, f"'{name}'")
+    _check_blocks(technique, f"'{name}'")
     zone = getattr(technique, "wrapping_zone", MBOIT_ZONE)
     if zone != MBOIT_ZONE:
         raise _no_kit(technique, "its text has a wrapping zone of pi / 10", f"'{name}'")
@@ -268,7 +276,7 @@ def _rounding_limits(technique: Any) -> tuple[str, ...]:
 
 
 def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
-    _refuse_options(technique, f"'{technique.base_name}'")
+    _check_blocks(technique, f"'{technique.base_name}'")
     six = technique.moment_count == 6
     shipped = technique.network is None
     network = network_of(technique.network, technique.network_kind).packed()
@@ -332,7 +340,7 @@ _WORDS = (
 
 def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     twice = technique.passes == 2
-    _refuse_options(technique, "'two-moments-pass'" if twice else "'moment-transparency'")
+    _check_blocks(technique, "'two-moments-pass'" if twice else "'moment-transparency'")
     if twice and technique.storage != "float32":
         why = "the text packs one set of moments into words, and it has two"
         raise _no_kit(technique, why, "'two-moments-pass'")

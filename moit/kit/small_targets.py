@@ -14,29 +14,73 @@ _TYPES = {
     "wgsl": ("vec2<i32>", "vec2<f32>"),
 }
 _SIZES = {
-    "glsl": "#define MOIT_TEXELS textureSize({0}, 0)",
-    "hlsl": "int2 moit_texels() {{ uint2 size; {0}.GetDimensions(size.x, size.y); "
-    "return int2(size); }}\n#define MOIT_TEXELS moit_texels()",
-    "wgsl": "fn moit_texels() -> vec2<i32> {{ return vec2<i32>(textureDimensions({0})); }}",
+    "glsl": "#define MOIT_{2} textureSize({0}, 0)",
+    "hlsl": "int2 moit_{1}() {{ uint2 size; {0}.GetDimensions(size.x, size.y); "
+    "return int2(size); }}\n#define MOIT_{2} moit_{1}()",
+    "wgsl": "fn moit_{1}() -> vec2<i32> {{ return vec2<i32>(textureDimensions({0})); }}",
 }
 
 
-def size_told(place: str) -> str:
-    """Of macros that an engine may define, the one of small targets alone."""
+def size_told(place: str, of_pixels: str = "") -> str:
+    """Of macros that an engine may define, those of small targets alone."""
+    if of_pixels:
+        return (
+            f"// With these go MOIT_TEXELS and MOIT_PIXELS ({place}), how many blocks and how many "
+            "pixels\n// there are across and down."
+        )
     return (
         f"// With these goes MOIT_TEXELS, how many texels moments have across and down ({place})."
     )
 
 
-def size_of(language: str, texture: str) -> str:
-    """What says how many texels there are across and down."""
-    return _SIZES[language].format(texture)
+def size_of(language: str, texture: str, of_pixels: str = "") -> str:
+    """What says how many texels there are across and down, and pixels, where means are of these."""
+    sizes = [_SIZES[language].format(texture, "texels", "TEXELS")]
+    if of_pixels:
+        sizes.append(_SIZES[language].format(of_pixels, "pixels", "PIXELS"))
+    return "\n".join(sizes)
 
 
-def between(language: str, function: str, struct: str, textures: Sequence[str] = ()) -> str:
+def mean_of_block(language: str, textures: Sequence[str] = ()) -> str:
+    """What makes the mean of a block's pixels, which `moit_of_pixel` reads: row by row.
+
+    textures : in Metal, what both are given.
+    """
+    place, _ = _TYPES[language]
+    given = "".join(f"{one}, " for one in textures)
+    if language == "wgsl":
+        return (
+            f"fn moit_mean(texel: {place}) -> moit_sums {{ let side = i32(MOIT_RESOLUTION); "
+            f"let first = texel * side; let size = min({place}(side), moit_pixels() - first); "
+            "var o = moit_of_pixel(first); "
+            "for (var k = 1; k < size.x * size.y; k++) { "
+            f"o = moit_added(o, moit_of_pixel(first + {place}(k % size.x, k / size.x))); }} "
+            "return moit_scaled(o, 1.0 / f32(size.x * size.y)); }"
+        )
+    start, listed, whole, pixels = "", "", "int", "MOIT_PIXELS"
+    if language == "metal":
+        start, whole = "inline ", "uint"
+        listed = "".join(f"texture2d<float> {texture}, " for texture in textures)
+        pixels = f"uint2({textures[0]}.get_width(), {textures[0]}.get_height())"
+    side = f"{whole}(MOIT_RESOLUTION)"
+    each = side if language == "hlsl" else f"{place}({side})"
+    return (
+        f"{start}moit_sums moit_mean({listed}{place} texel) {{ {place} first = texel * {side}; "
+        f"{place} size = min({each}, {pixels} - first); "
+        f"moit_sums o = moit_of_pixel({given}first); "
+        f"for ({whole} k = 1; k < size.x * size.y; ++k) {{ "
+        f"o = moit_added(o, moit_of_pixel({given}first + {place}(k % size.x, k / size.x))); }} "
+        "return moit_scaled(o, 1.0 / float(size.x * size.y)); }"
+    )
+
+
+def between(
+    language: str, function: str, struct: str, textures: Sequence[str] = (), own: str = ""
+) -> str:
     """What reads a pixel's struct between four texels, which `function`_texel reads.
 
     textures : in Metal, what both are given.
+    own : what reads the pixel's own total, to which the struct is scaled; in Metal its texture.
     """
     place, pair = _TYPES[language]
     mixed = "moit_between" + "_second" * function.endswith("_second")
@@ -46,6 +90,9 @@ def between(language: str, function: str, struct: str, textures: Sequence[str] =
         for one in ("a", f"{place}(d.x, a.y)", f"{place}(a.x, d.y)", "d")
     ]
     made = f"{mixed}({', '.join(texels)}, moit_shares_of_texels(p))"
+    if own:
+        total = f"MOIT_FETCH({own}, pixel)" if language == "metal" else own
+        made = f"moit_scaled_to({made}, {total}.x)"
     if language == "wgsl":
         return (
             f"fn {function}(pixel: {place}) -> {struct} {{ let p = {pair}(pixel); "
@@ -60,7 +107,8 @@ def between(language: str, function: str, struct: str, textures: Sequence[str] =
             "1u",
             "inline ",
         )
-    listed = "".join(f"texture2d<float> {texture}, " for texture in textures)
+    read = [*textures, *([own] if language == "metal" and own else [])]
+    listed = "".join(f"texture2d<float> {texture}, " for texture in read)
     return (
         f"{start}{struct} {function}({listed}{place} pixel) {{ {pair} p = {pair}(pixel); "
         f"{place} low = {place}(moit_texel_before(p)), last = {size} - {one}; "
@@ -110,7 +158,7 @@ _FARTHEST = {
     ),
 }
 _FARTHEST["slang"] = _FARTHEST["hlsl"]
-FARTHEST = "farthest"  # the pass
+FARTHEST, MEANS = "farthest", "means"  # passes
 
 
 def farthest_usage(language: str) -> list[str]:

@@ -13,7 +13,7 @@ from moit.kit.including import Include
 from moit.kit.memory import table_of_memory
 from moit.kit.recipe import HASHED, PEELED, Recipe, State
 from moit.kit.rounds import passes_of
-from moit.kit.small_targets import farthest_pass
+from moit.kit.small_targets import MEANS, farthest_pass
 from moit.system.version import VERSION
 
 # How fragments come together, as programming interfaces say it: operation, source, destination.
@@ -42,9 +42,16 @@ FORMATS = {
 
 def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str, Any]:
     """What an engine sets up, as JSON can hold it."""
-    targets = [*include.held, *include.second, *include.shaded, *include.extents]
+    targets = [
+        *include.held,
+        *include.means,
+        *include.second,
+        *include.shaded,
+        *include.extents,
+    ]
     bound = [*(["words"] if include.state else []), *(name for name, _ in targets)]
     passes = [*_geometry_passes(include)]
+    own_total = [include.own_total] if include.own_total else []
     resolved = [one for one in bound if one not in dict(include.extents)]
     passes.append(
         {
@@ -53,7 +60,7 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
             "targets": ["the picture"],
             "reads": resolved
             if include.resolve_reads_sums
-            else [name for name, _ in include.shaded],
+            else [*(name for name, _ in include.shaded), *own_total],
             "calls": ["moit_resolved"],
             "depth": {"test": None, "write": False},
             "blend": _blend("over"),
@@ -73,7 +80,8 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
         "targets": [
             _target(name, target, side)
             for part, side in (
-                ((*include.held, *include.second), include.side),
+                (include.held, 1 if include.means else include.side),
+                ((*include.means, *include.second), include.side),
                 (include.shaded, 1),
                 (include.extents, 1),
             )
@@ -96,6 +104,8 @@ def _bytes_a_pixel(include: Include) -> float:
     held, shaded = (sum(_bytes(one) for _, one in part) for part in (kept, colours))
     if include.programs:
         return held + shaded + 4 * sum(one.words_a_pixel for one in include.memory)
+    if include.means:
+        return held + sum(_bytes(one) for _, one in include.means) / include.side**2 + shaded
     if include.side > 1:
         return held / include.side**2 + shaded
     if include.state:
@@ -138,7 +148,7 @@ def _geometry_passes(include: Include) -> Iterator[dict[str, Any]]:
         }
         held = ["words"]
     elif include.held:
-        if include.side > 1:
+        if include.side > 1 and not include.means:
             yield farthest_pass()
         own = [name for name, _ in include.extents]
         if own:
@@ -146,6 +156,9 @@ def _geometry_passes(include: Include) -> Iterator[dict[str, Any]]:
                 "about": "Finds the least and the greatest depth of each pixel's fragments."
             }
         yield _geometry("absorbance", include.held, own, ["moit_accumulate"])
+        if include.means:
+            yield _means(include, held)
+            held = [name for name, _ in include.read_by_shading]
         held += own
         if include.second:
             calls = ["moit_factor", "moit_accumulate_second"]
@@ -170,6 +183,19 @@ def _geometry(
         "reads": reads,
         "calls": calls,
         "depth": {"test": "less", "write": False},
+    }
+
+
+def _means(include: Include, held: list[str]) -> dict[str, Any]:
+    """The pass that makes means of blocks."""
+    return {
+        "name": MEANS,
+        "draws": "all of the small targets, once",
+        "targets": [name for name, _ in include.means],
+        "reads": held,
+        "calls": ["moit_mean"],
+        "depth": {"test": None, "write": False},
+        "about": "Writes the mean of each block's pixels, without blending.",
     }
 
 

@@ -9,7 +9,7 @@ from moit.kit.gathered import SMALL, THREADS, called, program_lines, shading_lin
 from moit.kit.including import Include
 from moit.kit.ordered import ordered_usage
 from moit.kit.rounds import usage_of
-from moit.kit.small_targets import FARTHEST, farthest_usage
+from moit.kit.small_targets import FARTHEST, MEANS, farthest_usage
 
 _PIXELS = {
     "glsl": "ivec2(gl_FragCoord.xy)",
@@ -30,7 +30,8 @@ def usage(include: Include) -> dict[str, list[str]]:
     fetched = _fetched(include)
     read = [name for name, _ in include.shaded] if include.held and is_metal else []
     own = fetched if include.resolve_reads_sums else _PIXELS[include.language.name]
-    resolved = ", ".join([*read, own])
+    totals = [include.own_total] if is_metal and include.own_total else []
+    resolved = ", ".join([*read, *totals, own])
     resolve = {"resolve": [f"picture = moit_resolved({resolved});"]}
     if include.shape:
         name = include.language.name
@@ -44,11 +45,13 @@ def usage(include: Include) -> dict[str, list[str]]:
         return {"shading": [_let(include, "moit_sums", "sums", call), *sums], **resolve}
     call = f"moit_accumulate({_place(include)}, alpha)"
     sums = [f"{name} = sums.{name};" for name, _ in include.held]
-    small = {FARTHEST: farthest_usage(include.language.name)} if include.side > 1 else {}
+    is_small = include.side > 1 and not include.means
+    small = {FARTHEST: farthest_usage(include.language.name)} if is_small else {}
     return {
         **small,
         **({"extents": _extents(include)} if include.extents else {}),
         "absorbance": [*_own(include), _let(include, "moit_sums", "sums", call), *sums],
+        **({MEANS: _means(include)} if include.means else {}),
         **({"second absorbance": _second(include)} if include.second else {}),
         "shading": [
             *_read(include),
@@ -88,7 +91,10 @@ def _programs(include: Include) -> dict[str, list[str]]:
     return found
 
 
-_OF = {"resolve": "a pixel", "under": "a pixel", FARTHEST: "a texel of the small targets"}
+_OF = {
+    **{"resolve": "a pixel", "under": "a pixel"},
+    **dict.fromkeys((FARTHEST, MEANS), "a texel of the small targets"),
+}
 
 
 def usage_text(include: Include) -> str:
@@ -166,13 +172,23 @@ def factors_shade(include: Include) -> list[str]:
 
 
 def _fetched(include: Include) -> str:
-    return _given(include, include.held or include.shaded)
+    return _given(include, include.read_by_shading)
 
 
 def _given(include: Include, targets: Iterable[tuple[str, Target]]) -> str:
     """What a fetch from these is given."""
     textures = [name for name, _ in targets] if include.language.name == "metal" else []
     return ", ".join([*textures, _PIXELS[include.language.name]])
+
+
+def _means(include: Include) -> list[str]:
+    """The pass that makes means of blocks."""
+    call = f"moit_mean({_given(include, include.held)})"
+    members = zip(include.means, include.held, strict=True)
+    return [
+        _let(include, "moit_sums", "mean", call),
+        *(f"{target} = mean.{name};" for (target, _), (name, _) in members),
+    ]
 
 
 def _second(include: Include) -> list[str]:

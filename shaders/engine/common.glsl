@@ -42,7 +42,11 @@ float absorbance(float alpha) {
 
 // What pass 2 adds to the target of colours.
 vec4 shaded(vec3 color, float alpha, float through) {
+#ifdef LEAST_SHADED
+    float weight = alpha * max(through, LEAST_SHADED);
+#else
     float weight = alpha * through;
+#endif
     return vec4(color * weight, weight);
 }
 

@@ -7,4 +7,6 @@ sums accumulate(float z, float alpha) {
     return o;
 }
 
+#ifndef MEANS_OF_BLOCKS
 vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target1); }
+#endif

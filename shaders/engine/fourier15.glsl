@@ -33,4 +33,6 @@ float transmittance_of_sums(sums t, float z, float alpha) {
     return transmittance_by(t.target0.x, waves, own_waves, 0.5 * z + 0.5, alpha);
 }
 
+#ifndef MEANS_OF_BLOCKS
 vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target0.x); }
+#endif

@@ -53,4 +53,6 @@ float transmittance(factors f, float z, float alpha) {
 
 #include "engine/both_at_once.glsl"
 
+#ifndef MEANS_OF_BLOCKS
 vec4 resolve(vec4 shaded_sum, sums t) { return covered(shaded_sum, t.target1); }
+#endif

@@ -183,6 +183,7 @@ float transmittance_of_sums(sums t, float z, float alpha) {
     return transmittance(factor(t), z, alpha);
 }
 
+#ifndef MEANS_OF_BLOCKS
 vec4 resolve(vec4 shaded_sum, sums t) {
     float total = t.target0.x;
 #if DENSITY == 0
@@ -199,3 +200,4 @@ vec4 resolve(vec4 shaded_sum, sums t) {
 #endif
     return covered(shaded_sum, max(total, 0.0));
 }
+#endif

@@ -40,15 +40,24 @@ class Picture:
         place = np.arange(self.pixels)
         return kits.texels(technique, language, np.stack([place % WIDTH, place // WIDTH], 1))
 
-    def read(self, technique, language: str, texels: np.ndarray, struct: str, between):
-        """(P, k): what pixels read of texels (T, k)."""
+    def means(self, each: np.ndarray) -> np.ndarray:
+        """(T, k): of blocks' pixels (P, k)."""
+        place = np.arange(self.pixels)
+        row, column = place // WIDTH // self.side, place % WIDTH // self.side
+        block = row * self.texels[0] + column
+        found = np.zeros((self.texels.prod(), each.shape[1]))
+        np.add.at(found, block, each[: self.pixels].astype(np.float64))
+        return (found / np.bincount(block)[:, None]).astype(np.float32)
+
+    def read(self, technique, language: str, texels: np.ndarray, struct: str, between, own=None):
+        """(P, k): what pixels read of texels (T, k); own: (P,) of their totals, to scale it to."""
         first, shares = between
         low = np.minimum(first, self.texels - 1)
         high = np.minimum(first + 1, self.texels - 1)
         corners = [(low[:, 0], low[:, 1]), (high[:, 0], low[:, 1])]
         corners += [(low[:, 0], high[:, 1]), (high[:, 0], high[:, 1])]
         found = np.stack([texels[y * self.texels[0] + x] for x, y in corners], 1)
-        return kits.read_between(technique, language, found, shares, struct)
+        return kits.read_between(technique, language, found, shares, struct, own)
 
 
 def through(technique, language: str, case) -> tuple[np.ndarray, Picture]:
@@ -60,7 +69,9 @@ def through(technique, language: str, case) -> tuple[np.ndarray, Picture]:
     depths = kits.warped(technique, language, case.depth)
     z, between = depths[:n], picture.between(technique, language)
     each = case.summed(kits.accumulated(technique, language, case.depth, case.alpha))
-    sums = picture.read(technique, language, each[picture.of_texel], "sums", between)[pixel]
+    texels = picture.means(each) if kit.means else each[picture.of_texel]
+    own = each[: picture.pixels, -1] if kit.own_total else None
+    sums = picture.read(technique, language, texels, "sums", between, own)[pixel]
     if not kit.second:
         return kits.through(technique, language, sums, z, alpha), picture
     own = each[case.pixel]  # as fragments of a texel's own have it

@@ -153,6 +153,8 @@ def errors_of_blocks(technique, language: str, case: Case) -> np.ndarray:
     found, picture = kit_blocks.through(technique, language, case)
     core, fragments = with_bias_of_float32(technique), picture.fragments()
     error = np.abs(found - moit.transmittance(fragments, core))
+    if not technique.stores_moments:
+        return error
     pivots = moit.moments.least_pivot(core, *moit.moments.gather(fragments, core))
     return error[(pivots > SOUND)[case.pixel[: len(error)]]]
 

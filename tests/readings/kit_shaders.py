@@ -8,12 +8,12 @@ from pathlib import Path
 from moit.catalog.targets import Target
 from moit.kit.gathered import SHADING, THREADS, Program, tests_by_itself
 from moit.kit.including import Include
-from moit.kit.small_targets import FARTHEST
+from moit.kit.small_targets import FARTHEST, MEANS
 from moit.kit.usage import usage
 from readings import kits
 from readings.compilers import from_slang, run_tool, tool
 
-PIXELS = ("resolve", FARTHEST)  # whose shaders are given no fragment
+PIXELS = ("resolve", FARTHEST, MEANS)  # whose shaders are given no fragment
 FIRST = ("absorbance", "insert")  # passes that add to `held`
 CHANNELS = {"r": 1, "rg": 2, "rgba": 4}
 
@@ -45,7 +45,8 @@ def outputs(kit: Include, name: str) -> list[tuple[str, int]]:
     program = program_of(kit, name)
     if program and name != SHADING:
         return [(one, channels(target)) for one, target in kit.held if program.captures]
-    targets = {"second absorbance": kit.second, "extents": kit.extents}.get(name, kit.shaded)
+    others = {"second absorbance": kit.second, "extents": kit.extents, MEANS: kit.means}
+    targets = others.get(name, kit.shaded)
     targets = kit.held if name in FIRST else targets
     return [(one, channels(target)) for one, target in targets]
 
@@ -197,7 +198,8 @@ def _metal(kit: Include, name: str, lines: list[str]) -> str:
         given += [f"texture2d<float> {one}" for one, _ in kit.extents]
     elif name != "extents" and not (kit.state and name == "shading"):
         between = () if name == "second absorbance" else kit.second
-        read = (*kit.held, *kit.extents, *between, *(() if name == "shading" else kit.shaded))
+        first = kit.read_by_shading if kit.means and name != MEANS else kit.held
+        read = (*first, *kit.extents, *between, *(() if name == "shading" else kit.shaded))
         given += [f"texture2d<float> {one}" for one, _ in read if one not in dict(made)]
     given += [f"thread {_vector('float', size)} &{one}" for one, size in made]
     return f"{kit.text}\nvoid shader({', '.join(given)}) {{\n{_body(lines)}\n}}\n"

@@ -590,15 +590,20 @@ def texels(technique, language: str, pixel: np.ndarray) -> tuple[np.ndarray, np.
     return found[:, :2].astype(int), found[:, 2:]
 
 
-def read_between(technique, language: str, corners, shares, struct: str = "sums") -> np.ndarray:
-    """(n, k): what pixels read of four texels (n, 4, k)."""
+def read_between(
+    technique, language: str, corners, shares, struct: str = "sums", own=None
+) -> np.ndarray:
+    """(n, k): what pixels read of four texels (n, 4, k); own: (n,) of totals, to scale it to."""
     kit, spelling = include(technique, language), Spelling(language)
-    row, at, lines = corners[0].size + 4, 0, []
+    row, at, lines = corners[0].size + 4 + (own is not None), 0, []
     for name in "abcd":
         more, at = filled(technique, struct, name, language, row, at)
         lines += more
     call = "moit_between" + "_second" * (struct == "seconds")
     call += f"(a, b, c, d, {spelling.given(at, 4, row)})"
+    given = [corners.reshape(len(corners), -1), shares]
+    if own is not None:
+        call, given = f"moit_scaled_to({call}, {spelling.given(at + 4, 1, row)})", [*given, own]
     stored, total = _stored(technique, struct, "found")
     lines += [spelling.value(f"moit_{struct}", "found", call), *stored]
-    return run(kit, np.column_stack([corners.reshape(len(corners), -1), shares]), lines, total)
+    return run(kit, np.column_stack(given), lines, total)

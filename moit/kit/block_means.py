@@ -1,0 +1,107 @@
+"""Kits of techniques whose states are those of blocks of pixels: means of what pixels add up."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from moit.catalog.targets import Target, channels
+from moit.kit.recipe import Recipe, no_kit
+
+LEAST_SHADED = 2.0**-12
+_LIMIT = (
+    "Blocks share what their pixels add up: what is thin or small within one is seen in the mean "
+    "of its pixels, and edges of shadows in transparent geometry are as wide as a block."
+)
+_LEAST = (
+    "A fragment that its blocks hide altogether keeps 2.4e-4 of its light, so that pixels that "
+    "nothing else covers are not black."
+)
+_WHERE = (
+    "Means are of the picture's own pixels, so that pass 1 draws at its size: what shading reads "
+    "shrinks, not what pass 1 writes. Its targets are free once `means` has run, but for a "
+    "pixel's own total."
+)
+
+
+def check_blocks(technique: Any, plain: str) -> None:
+    """ValueError where a technique of blocks has no kit."""
+    if technique.upsampling != "bilinear":
+        why = "the text reads blocks by their shares alone, not by the depth of what is opaque"
+        raise no_kit(technique, why, f"'{plain}(resolution={technique.resolution})'")
+    if technique.total == "full" and technique.kind in ("fourier", "wavelet"):
+        why = (
+            "a pixel's own total is a sum over its coefficients, of which no target has it alone; "
+            "the text scales blocks to a target of totals, as moments have"
+        )
+        raise no_kit(technique, why, f"'{plain}(resolution={technique.resolution})'")
+
+
+def in_blocks(technique: Any, recipe: Recipe) -> Recipe:
+    """The same text by means of blocks."""
+    side, own = technique.resolution, technique.total == "full"
+    text = recipe.made or f'#include "{recipe.text}"\n'
+    let_through = Target("r32f", "multiply-complement", 1.0)
+    made = f'{text}\n#include "engine/block_means.glsl"\n{_arithmetic(recipe.held, own)}'
+    return replace(
+        recipe,
+        text=f"{recipe.text} of blocks",  # a name of its own, as it includes that
+        made=made,
+        shaded=recipe.shaded if own else (*recipe.shaded, let_through),
+        fixed={
+            **recipe.fixed,
+            "MEANS_OF_BLOCKS": 1,
+            "OWN_TOTAL": int(own),
+            **({} if own else {"LEAST_SHADED": f"{LEAST_SHADED:.8g}"}),
+        },
+        values={**recipe.values, "RESOLUTION": side},
+        limits=(*recipe.limits, _LIMIT, *([] if own else [_LEAST]), _WHERE),
+        side=side,
+        means=tuple(replace(one, blend="replace") for one in recipe.held),
+        own_total=own,
+    )
+
+
+def _arithmetic(held: Sequence[Target], own: bool) -> str:
+    """What adds and scales `sums`, member by member, and mixes four."""
+    names = [f"target{i}" for i in range(len(held))]
+    added = " ".join(f"o.{one} = a.{one} + b.{one};" for one in names)
+    scaled = " ".join(f"o.{one} = s.{one} * scale;" for one in names)
+    mixed = "\n".join(
+        f"    o.{one} = {_mixed(one, t)};" for one, t in zip(names, held, strict=True)
+    )
+    text = f"""
+// Of two pixels of a block.
+sums added(sums a, sums b) {{ sums o; {added} return o; }}
+
+sums scaled(sums s, float scale) {{ sums o; {scaled} return o; }}
+
+// What a pixel reads of the four blocks around it.
+sums between(sums a, sums b, sums c, sums d, vec4 share) {{
+    sums o;
+{mixed}
+    return o;
+}}
+"""
+    if not own:
+        return text
+    return f"""{text}
+// With the pixel's own total.
+sums scaled_to(sums s, float total) {{
+    sums o = scaled(s, total / max(s.{names[-1]}, 1e-30));
+    o.{names[-1]} = total;
+    return o;
+}}
+"""
+
+
+def _mixed(name: str, target: Target) -> str:
+    """Of four texels, a member."""
+    four = [f"{one}.{name}" for one in "abcd"]
+    if channels(target.format) == 4:
+        return f"four_weighed({', '.join(four)}, share)"
+    if channels(target.format) == 1:
+        return f"dot(vec4({', '.join(four)}), share)"
+    shares = zip(four, "xyzw", strict=True)
+    return " + ".join(f"{one} * share.{part}" for one, part in shares)
