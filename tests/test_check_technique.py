@@ -147,3 +147,10 @@ def test_transmittance_outside_its_range_is_told_on_both_sides(value):
     one = moit.PythonTechnique("outside", outside, bits_per_pixel=32)
     rows = {row.name: row for row in moit.check_technique(one, progress=False).rows}
     assert rows["range"].worst == pytest.approx(0.25) and rows["range"].ok is False
+
+
+def test_pictures_that_are_tried_have_opaque_surfaces():
+    from moit.numerics.checking import _Tried
+
+    alpha = _Tried(moit.technique("power4"), 1e-4, 10, 0).picture().alpha
+    assert 0 < np.count_nonzero(alpha == 1) < len(alpha) / 8

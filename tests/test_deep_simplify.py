@@ -327,3 +327,21 @@ def test_holdouts_at_random_depths_are_certified_though_depths_move(tmp_path, ca
             )
     error = how.get("error", ERROR)
     assert 0.3 * error < worst <= error * (1.05 if case == "volumes" else 1 + 1e-6)
+
+
+def test_a_certificate_is_of_the_worst_of_all_bands():
+    from moit.deep.simplifying import Certificate, Simplifying
+
+    class Rows:
+        offsets = np.array([0, 2])
+
+        def __len__(self):
+            return 2
+
+    simplifying = Simplifying.__new__(Simplifying)
+    simplifying.found = Certificate(0.1, 0.0, 0.0, 0, 0, 3, 0)
+    for worst in ([0.01, 0.02], [0.03, 0.05], [0.02, 0.04]):
+        simplifying._note(Rows(), np.array([1]), np.array([worst]))
+    found = simplifying.found
+    assert (found.transmittance_error, found.light_error) == (0.03, 0.05)
+    assert (found.samples_before, found.samples_after) == (6, 3)

@@ -14,9 +14,10 @@ from moit.benching.cost_measuring import digests, measured, texts
 from moit.benching.gpu_costs import costs_table, fragment_cycles
 from moit.checks.exceptions import GpuError
 from moit.gpu_costs import compiling, stored
+from moit.gpu_costs.cards import CARDS
 from moit.gpu_costs.compiling import compiled, cost_of, understood
 from moit.gpu_costs.cost import FAMILIES, Cost
-from moit.gpu_costs.frames import Frame
+from moit.gpu_costs.frames import Frame, predicted
 from moit.gpu_costs.probes import FUNCTIONS, given_bytes, probes
 from moit.gpu_costs.published import published_texts
 from moit.gpu_costs.stored import COMMAND, ENGINE, EXACT, PUBLISHED
@@ -411,3 +412,12 @@ def test_the_bounded_network_takes_a_quarter_of_the_published_one():
 def test_a_frame_touches_no_more_pixels_than_it_has_fragments():
     assert Frame(10, 100).touched == 10 and Frame(1000, 100).touched == 100
     assert Frame(1000, 100, covered=7).touched == 7
+
+
+def test_each_round_of_a_hybrid_captures_all_fragments(monkeypatch):
+    hybrid = moit.technique("hybrid4")
+    costs, frame = stored.stored().passes("hybrid4", "navi21"), Frame(1000, 100)
+    twice = predicted(hybrid, costs, CARDS["rx580"], frame).milliseconds["capture"]
+    monkeypatch.setattr(type(hybrid), "geometry_passes", 1)
+    once = predicted(hybrid, costs, CARDS["rx580"], frame).milliseconds["capture"]
+    assert twice == pytest.approx(2 * once)

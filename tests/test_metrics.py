@@ -266,6 +266,19 @@ def test_what_equals_far_around_has_no_flip_error():
         np.testing.assert_array_equal(errors[outside], 0)
 
 
+@pytest.mark.parametrize(("name", "reach"), [("ssim", 5), ("flip", 10), ("hdr_flip", 10)])
+def test_a_pixel_that_differs_is_seen_as_far_as_filters_reach(name, reach):
+    """And no row farther, whichever blocks of pixels these are in."""
+    reference = waves(9, 150, 40) * 0.5
+    for y in (63, 64, 75):
+        image = reference.copy()
+        image[y, 20] = 1
+        found = metric(name)[1](image, reference) != EQUAL.get(name, 0.0)
+        rows = np.flatnonzero(found.any(axis=1))
+        assert (rows[0], rows[-1]) == (y - reach, y + reach)
+        assert found.any(axis=1).sum() == 2 * reach + 1
+
+
 def test_flip_and_ssim_see_what_a_display_shows():
     image, reference = PAIRS["fireflies"]
     shown = [np.clip(image, 0, 1) for image in (image, reference)]

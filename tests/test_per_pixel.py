@@ -726,3 +726,15 @@ def test_facts_are_what_they_are_called():
 def test_candidates_are_found_to_be_frozen_dataclasses():
     with pytest.raises(dataclasses.FrozenInstanceError):
         PerPixel().max_error = 1
+
+
+def test_cells_are_cut_right_behind_the_last_bin_and_never_into_small_ones():
+    low = np.repeat([0, 5], 30)[:, None]
+    target = np.repeat([0.0, 1.0], 30)[:, None]
+    tree = error_chances._Tree(low, target, target, depth=1, least=20)
+    assert tree.means[:, 0].tolist() == [0, 1]
+    assert tree.at(np.array([[0], [5]])).tolist() == [0, 1]
+    for rare in (1, 59):  # one cell would have a single pixel, the nearer or the farther
+        place = np.repeat([0, 5], [rare, 60 - rare])[:, None]
+        tree = error_chances._Tree(place, place / 5, place / 5, depth=1, least=20)
+        assert not tree.cell.any()

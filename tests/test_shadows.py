@@ -676,3 +676,10 @@ def test_glslang_takes_the_passes():
         )
     ]
     assert refused_by_glslang(dict.fromkeys(texts, "comp")) == []
+
+
+def test_texels_without_an_opaque_caster_are_well_beyond_the_farthest():
+    # 4 of depth between two casters: 5 % of it is free behind the farther one
+    scene = [pane(2.0, 1.0, size=0.5), pane(-2.0, 1.0, size=2.0)]
+    texels = moit.ShadowMap(scene, light=DOWN, resolution=64).opaque.texels
+    assert texels.far - texels.near == pytest.approx(4 * 1.05, rel=1e-3)

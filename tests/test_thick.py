@@ -465,3 +465,10 @@ def test_gaussians_whose_points_coincide_are_seen_in_any_order(name):
     assert np.array_equal(*(moit.composite(f, technique) for f in pair))
     T = [moit.transmittance(f, technique) for f in pair]
     assert np.array_equal(T[0], T[1][::-1])
+
+
+@pytest.mark.parametrize("technique", KINDS, ids=str)
+def test_volumes_alone_are_given_as_the_fact_says(technique):
+    f = ray([1, 3], [0.5, 0.5], back=[2, 4])
+    given, _ = thinned(f, technique, 1)
+    assert (given.back is None) == (technique.thick in ("moments", "waves", "cells"))
