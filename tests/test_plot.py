@@ -176,7 +176,7 @@ def test_labels_paint_what_they_measure(dpi):
     (labels,) = (one for one in ax.get_children() if isinstance(one, Labels))
 
     def painted():
-        ax.figure.draw_without_rendering()
+        ax.figure.canvas.draw()
         return np.asarray(ax.figure.canvas.buffer_rgba())[::-1].astype(int)
 
     full = painted()
