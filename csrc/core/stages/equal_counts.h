@@ -13,10 +13,11 @@ typedef struct {
     int32_t place[ORDERED_PIXELS + 4], start[ORDERED_PIXELS + 4], count[ORDERED_PIXELS + 4];
 } equal_counts;
 
-/* The first pixel of which vectors of four may read beyond the last fragment of all. */
+/* The first pixel of which vectors of four may read beyond the last fragment of all: from a pixel's
+ * last one on, or, where it has none, from where it would begin. */
 FN int pixels_within(int pixels, const int32_t *offsets) {
     int within = pixels, end = offsets[pixels];
-    while (within > 0 && offsets[within] + 3 > end) --within;
+    while (within > 0 && offsets[within] + 4 > end) --within;
     return within;
 }
 
