@@ -313,10 +313,8 @@ def test_depths_to_go_by_are_positive():
             moit.composite(f, way)
 
 
-def test_a_shadow_map_and_a_kit_have_states_of_their_own(tmp_path):
+def test_a_shadow_map_has_states_of_its_own():
     glass = moit.Mesh([[-1, 1, -1], [1, 1, -1], [0, 1, 1]], [[0, 1, 2]], alpha=0.5)
     for name in ("power6(resolution=2)", "wavelet8(resolution=2)"):
         with pytest.raises(ValueError, match=r"states of blocks.*resolution=1"):
             moit.ShadowMap(glass, name, light=(0, -1, 0), resolution=8)
-    with pytest.raises(ValueError, match="a block's state"):
-        moit.export("power4(resolution=2)", tmp_path)
