@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 from moit.catalog import Technique as Technique
 from moit.catalog import technique as technique
 from moit.catalog import techniques as techniques
-from moit.catalog.names import CLASSES as _CLASSES
+from moit.catalog.registered import MODULES as _TECHNIQUES
 from moit.checks.exceptions import FragmentsError as FragmentsError
 from moit.checks.exceptions import GpuError as GpuError
 from moit.checks.exceptions import MeshError as MeshError
@@ -107,9 +107,8 @@ _MODULES = (
     "jax",
     "torch",
 )
-_TECHNIQUES = [one.split(".") for one in _CLASSES.values()]
 _LATER = {
-    **{name: f"catalog.{module}" for module, name in _TECHNIQUES},
+    **{name: f"catalog.{module}" for name, module in _TECHNIQUES.items()},
     "BiasAdvice": "numerics.bias",
     "Camera": "geometry.camera",
     "Choice": "comparing.choice",

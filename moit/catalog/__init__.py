@@ -9,11 +9,10 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-import moit.catalog.registered  # noqa: F401  (which fills CLASSES)
-from moit.catalog.names import CLASSES as _CLASSES
 from moit.catalog.names import listed as listed
 from moit.catalog.names import technique as technique
 from moit.catalog.names import techniques as techniques
+from moit.catalog.registered import MODULES as _MODULES
 from moit.catalog.technique import Technique as Technique
 
 if TYPE_CHECKING:
@@ -27,7 +26,7 @@ MODULES = {
     "MomentTechnique": "reconstruction",
     "PythonTechnique": "python_technique",
     "WEIGHTS": "weighted",
-    **{name: module for module, name in (one.split(".") for one in _CLASSES.values())},
+    **_MODULES,
 }
 
 

@@ -75,3 +75,6 @@ CLASSES.update(
         "per-pixel": "per_pixel.PerPixel",
     }
 )
+
+# Of each class its module.
+MODULES = {name: module for module, name in (one.split(".") for one in CLASSES.values())}

@@ -26,7 +26,16 @@ _WHERE = (
 
 
 def check_blocks(technique: Any, plain: str) -> None:
-    """ValueError where a technique of blocks has no kit."""
+    """ValueError where a technique's states are of blocks in a way that no kit has. plain : its
+    name without options."""
+    if technique.block_side == 1 or getattr(technique, "low_resolution", "") == "raster":
+        return
+    if technique.kind == "moment-transparency":
+        why = (
+            "a block's state is the mean of its pixels', which have to be drawn at their own "
+            "size first; the text reads what a smaller target has by itself"
+        )
+        raise no_kit(technique, why, f"'{plain}'")
     if technique.upsampling != "bilinear":
         why = "the text reads blocks by their shares alone, not by the depth of what is opaque"
         raise no_kit(technique, why, f"'{plain}(resolution={technique.resolution})'")

@@ -33,16 +33,12 @@ def anchors(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             **warp_constants(technique, depth_range),
         },
         limits=(
-            f"Exact for up to {kept} fragments of a pixel, but for the rounding of keys: depth in "
-            "65535 steps of the depth range, the root of 1 - alpha in 1023. Of all others order "
-            "within a cell is not known.",
-            _KEYS,
-            ATOMICS,
-            EARLY,
+            f"{_exact_but_for_keys(kept)} Of all others order within a cell is not known.",
+            *_OF_KEYS,
         ),
         memory=(_words_of_pixels(words),),
         programs=(
-            Program("keep", PICTURE, "keep({place}, size, {z}, alpha)", about=_KEEP),
+            _keeping(),
             Program(
                 "add", PICTURE, "add({place}, size, {z}, alpha)", about="All others, in cells."
             ),
@@ -73,21 +69,18 @@ def strong(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         arrays={"NETWORK": network_of(technique.network, technique.network_kind).packed()},
         never_negative={"sums": "{0}.target2", "factors": "{0}.factor0.w"},
         limits=(
-            f"Exact for up to {kept} fragments of a pixel, but for the rounding of keys: depth in "
-            "65535 steps of the depth range, the root of 1 - alpha in 1023. What moments leave "
-            "open of all others a network decides, which was trained on pictures of many kinds, "
-            "not on yours: `moit train` makes one of your own.",
+            f"{_exact_but_for_keys(kept)} What moments leave open of all others a network "
+            "decides, which was trained on pictures of many kinds, not on yours: `moit train` "
+            "makes one of your own.",
             "Sums of all others are rounded to half floats as each fragment comes, so that their "
             "last digits hang on the order of fragments.",
             "Fragments with the same key as the last that is kept count as kept, too, and occlude "
             "nothing: of coincident billboards all but as many as are kept.",
-            _KEYS,
-            ATOMICS,
-            EARLY,
+            *_OF_KEYS,
         ),
         memory=(_words_of_pixels(words),),
         programs=(
-            Program("keep", PICTURE, "keep({place}, size, {z}, alpha)", about=_KEEP),
+            _keeping(),
             Program(
                 "add",
                 PICTURE,
@@ -140,9 +133,7 @@ def front(technique: Any, tail: Recipe) -> Recipe:
             "behind is then seen as spread over depth.",
             "Fragments alike in depth and opacity to one that is kept count as kept, too: of "
             "coincident ones beyond those that are kept colours have more weight than they cover.",
-            _KEYS,
-            ATOMICS,
-            EARLY,
+            *_OF_KEYS,
         ),
         memory=(Memory("words", f"{words} * WIDTH * HEIGHT", "What pixels keep.", 0, words),),
         programs=(
@@ -172,14 +163,27 @@ def _small_keys(technique: Any) -> None:
         raise no_kit(technique, why, f"'{plain}'")
 
 
+def _exact_but_for_keys(kept: int) -> str:
+    return (
+        f"Exact for up to {kept} fragments of a pixel, but for the rounding of keys: depth in "
+        "65535 steps of the depth range, the root of 1 - alpha in 1023."
+    )
+
+
+def _keeping() -> Program:
+    about = "The greatest keys of a pixel, and where it begins and ends."
+    return Program("keep", PICTURE, "keep({place}, size, {z}, alpha)", about=about)
+
+
 def _words_of_pixels(words: int) -> Memory:
     return Memory(
         "words", f"{words} * WIDTH * HEIGHT", "What pixels keep, one after another.", 0, words
     )
 
 
-_KEEP = "The greatest keys of a pixel, and where it begins and ends."
-_KEYS = (
+_OF_KEYS = (
     "A fragment's depth and opacity have to be the same numbers in all passes (`invariant`, "
-    "`precise`), which tell by its key whether it is kept."
+    "`precise`), which tell by its key whether it is kept.",
+    ATOMICS,
+    EARLY,
 )

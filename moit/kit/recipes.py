@@ -171,7 +171,7 @@ def _weighted_sum(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     count = technique.coefficients
-    _check_blocks(technique, f"'{technique.base_name}'")
+    check_blocks(technique, technique.base_name)
     held, shaded = _targets(technique)
     if count == MOST:  # two and one as four, of which one number is spared: eight targets, not nine
         held = (*held[:-2], held[0])
@@ -190,7 +190,7 @@ def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 
 
 def _wavelet(technique: Any, depth_range: tuple[float, float]) -> Recipe:
-    _check_blocks(technique, f"'{technique.base_name}'")
+    check_blocks(technique, technique.base_name)
     held, shaded = _targets(technique)
     levels = technique.coefficients.bit_length() - 1
     return Recipe(
@@ -213,18 +213,6 @@ def _wavelet(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     )
 
 
-def _check_blocks(technique: Any, plain: str) -> None:
-    """ValueError where its states are of blocks in a way that no kit has."""
-    if technique.block_side > 1 and getattr(technique, "low_resolution", "") != "raster":
-        if technique.kind == "moment-transparency":
-            why = (
-                "a block's state is the mean of its pixels', which have to be drawn at their own "
-                "size first; the text reads what a smaller target has by itself"
-            )
-            raise _no_kit(technique, why, plain)
-        check_blocks(technique, plain.strip("'"))
-
-
 def _fixed(technique: Any, exclude_self: bool) -> dict[str, int]:
     """What is decided of a technique that passes twice over geometry."""
     return {"EXCLUDE_SELF": int(exclude_self), "NORMALIZE": int(technique.normalize)}
@@ -242,7 +230,7 @@ def _of_moments(technique: Any, warp: dict[str, float | int]) -> dict[str, Any]:
 
 def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     name = f"{technique.kind}{technique.count}"
-    _check_blocks(technique, f"'{name}'")
+    check_blocks(technique, name)
     zone = getattr(technique, "wrapping_zone", MBOIT_ZONE)
     if zone != MBOIT_ZONE:
         raise _no_kit(technique, "its text has a wrapping zone of pi / 10", f"'{name}'")
@@ -276,7 +264,7 @@ def _rounding_limits(technique: Any) -> tuple[str, ...]:
 
 
 def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
-    _check_blocks(technique, f"'{technique.base_name}'")
+    check_blocks(technique, technique.base_name)
     six = technique.moment_count == 6
     shipped = technique.network is None
     network = network_of(technique.network, technique.network_kind).packed()
@@ -340,7 +328,7 @@ _WORDS = (
 
 def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     twice = technique.passes == 2
-    _check_blocks(technique, "'two-moments-pass'" if twice else "'moment-transparency'")
+    check_blocks(technique, "two-moments-pass" if twice else "moment-transparency")
     if twice and technique.storage != "float32":
         why = "the text packs one set of moments into words, and it has two"
         raise _no_kit(technique, why, "'two-moments-pass'")

@@ -1,30 +1,15 @@
 /* Backwards through power moments of NODES nodes in floats, lanes over the fragments of several
  * pixels. What power_of_count.h has at a place is the same text; between places sums are double. */
 
+#include "core/stages/rule_rows_of_count.h"
+
 /* Rows of a block's rays: their rules, and b0. */
 FN void NAMED(block_rows)(const moit_single_state *o, const ray_block *block,
                           SCALAR (*row)[BLOCK_ROW]) {
     for (int r = 0; r < block->rays; ++r) {
-        const double *rule = o->rules + block->pixel[r] * MOIT_RULE_SIZE(2 * NODES);
-        for (int k = 0; k < NODES; ++k) {
-            row[k][r] = (SCALAR)rule[k];
-            row[NODES + k][r] = (SCALAR)(rule[k] - (double)row[k][r]);
-            row[2 * NODES + k][r] = (SCALAR)rule[NODES + k];
-        }
-        row[3 * NODES][r] = (SCALAR)rule[2 * NODES];
+        NAMED(rule_into_rows)(row, r, o->rules + block->pixel[r] * MOIT_RULE_SIZE(2 * NODES));
         row[3 * NODES + 1][r] = (SCALAR)o->b0[block->pixel[r]];
     }
-}
-
-FN NAMED(rule) NAMED(rule_in_rows)(SCALAR (*row)[BLOCK_ROW], int ray, truth lane) {
-    NAMED(rule) r;
-    for (int k = 0; k < NODES; ++k) {
-        r.g[k] = lanes_of_row(row[k] + ray, lane);
-        r.g_low[k] = lanes_of_row(row[NODES + k] + ray, lane);
-        r.e[k] = lanes_of_row(row[2 * NODES + k] + ray, lane);
-    }
-    r.d = lanes_of_row(row[3 * NODES] + ray, lane);
-    return r;
 }
 
 static void NAMED(absorbance)(const moit_single_state *o, float *A) {
@@ -36,7 +21,7 @@ static void NAMED(absorbance)(const moit_single_state *o, float *A) {
         for (int i = block.first; i < block.end; i += LANES) {
             truth lane;
             int ray = first_ray(&block, i, &lane);
-            NAMED(rule) r = NAMED(rule_in_rows)(row, ray, lane);
+            NAMED(rule) r = NAMED(rule_of_rows)(row, ray, lane);
             real z = load(o->z + i), total = lanes_of_row(row[3 * NODES + 1] + ray, lane);
             NAMED(found) f = NAMED(found_at)(r, z);
             NAMED(distances) away = NAMED(away_from_rule)(r, z);
@@ -63,7 +48,7 @@ FN void NAMED(read_block)(const moit_single_state *o, const moit_single_pull *by
     for (int at = 0; i < end; i += LANES, at += LANES) {
         truth lane;
         int ray = first_ray(block, i, &lane);
-        NAMED(rule) r = NAMED(rule_in_rows)(row, ray, lane);
+        NAMED(rule) r = NAMED(rule_of_rows)(row, ray, lane);
         real total = lanes_of_row(row[3 * NODES + 1] + ray, lane);
         NAMED(found) f = NAMED(found_again)(o->kept, o->apart, i, EVERYWHERE);
         NAMED(pulled) p =

@@ -20,8 +20,8 @@ image_block moit_block_at(const moit_image *image, int64_t block) {
     return (image_block){x, y, shorter(image->width - x), shorter(image->height - y)};
 }
 
-void moit_load_block(const moit_image *image, const image_block *block, int reach,
-                     int64_t (*inside)(int64_t at, int64_t count), block_source source) {
+static void load_block(const moit_image *image, const image_block *block, int reach,
+                       int64_t (*inside)(int64_t at, int64_t count), block_source source) {
     const int step = image->channels, side = BLOCK_SIDE + 2 * reach;
     int64_t column[BLOCK_STRIDE];
     for (int x = 0; x < BLOCK_STRIDE; ++x)
@@ -45,8 +45,8 @@ void moit_load_block(const moit_image *image, const image_block *block, int reac
     }
 }
 
-void moit_least_that_differ(const block_source a, const block_source b, int reach,
-                            double least[BLOCK_ROWS]) {
+static void find_least_that_differ(const block_source a, const block_source b, int reach,
+                                   double least[BLOCK_ROWS]) {
     for (int y = 0; y < BLOCK_SIDE + 2 * reach; ++y) {
         double lowest = (double)INFINITY;
         for (int channel = 0; channel < 3; ++channel) {
@@ -61,7 +61,16 @@ void moit_least_that_differ(const block_source a, const block_source b, int reac
     }
 }
 
-void moit_reached_rows(const bool *marked, int reach, int rows, bool *wide) {
+void moit_load_both(const moit_image *image, const moit_image *reference, const image_block *block,
+                    int reach, int64_t (*inside)(int64_t at, int64_t count), block_source of_image,
+                    block_source of_reference, double least[BLOCK_ROWS]) {
+    load_block(image, block, reach, inside, of_image);
+    load_block(reference, block, reach, inside, of_reference);
+    find_least_that_differ(of_image, of_reference, reach, least);
+}
+
+/* wide[y]: whether any of rows y to y + 2 reach is marked. */
+static void reached_rows(const bool *marked, int reach, int rows, bool *wide) {
     int within = 0;
     for (int y = 0; y < 2 * reach; ++y) within += marked[y];
     for (int y = 0; y < rows; ++y) {
@@ -69,6 +78,20 @@ void moit_reached_rows(const bool *marked, int reach, int rows, bool *wide) {
         wide[y] = within > 0;
         within -= marked[y];
     }
+}
+
+uint64_t moit_rows_within_reach(const image_block *block, int reach, const bool *marked) {
+    bool reached[BLOCK_SIDE];
+    reached_rows(marked, reach, BLOCK_SIDE, reached);
+    uint64_t rows = 0;
+    for (int y = 0; y < block->height; ++y) rows |= (uint64_t)reached[y] << y;
+    return rows;
+}
+
+void moit_rows_needed(uint64_t rows, int reach, bool *needed) {
+    bool marked[BLOCK_ROWS + 2 * BLOCK_REACH] = {false};
+    for (int y = 0; y < BLOCK_SIDE; ++y) marked[y + 2 * reach] = rows >> y & 1;
+    reached_rows(marked, reach, BLOCK_SIDE + 2 * reach, needed);
 }
 
 bool moit_begin_errors(block_errors *errors, const moit_image *image, void *map) {

@@ -25,18 +25,18 @@ int64_t moit_blocks_across(const moit_image *image);
 int64_t moit_blocks_of(const moit_image *image);
 image_block moit_block_at(const moit_image *image, int64_t block);
 
-/* Loads what lies up to `reach` pixels round a block; `inside` says which row or column of `count`
- * stands for one outside of the image. */
-void moit_load_block(const moit_image *image, const image_block *block, int reach,
-                     int64_t (*inside)(int64_t at, int64_t count), block_source source);
+/* Loads what lies up to `reach` pixels round a block of an image and of its reference; `inside`
+ * says which row or column of `count` stands for one outside of them. For each row the least number
+ * of those in which the two differ, of either; infinite where all are equal. */
+void moit_load_both(const moit_image *image, const moit_image *reference, const image_block *block,
+                    int reach, int64_t (*inside)(int64_t at, int64_t count), block_source of_image,
+                    block_source of_reference, double least[BLOCK_ROWS]);
 
-/* For each row round a block, the least number of those in which the two differ, of either;
- * infinite where all are equal. */
-void moit_least_that_differ(const block_source a, const block_source b, int reach,
-                            double least[BLOCK_ROWS]);
-
-/* wide[y]: whether any of rows y to y + 2 reach is marked. */
-void moit_reached_rows(const bool *marked, int reach, int rows, bool *wide);
+/* Rows of a block are bits; rows round it, BLOCK_SIDE + 2 reach, are marked one by one. Which of
+ * the former have a marked one of the latter within reach, */
+uint64_t moit_rows_within_reach(const image_block *block, int reach, const bool *marked);
+/* and which of the latter are within reach of the former. */
+void moit_rows_needed(uint64_t rows, int reach, bool *needed);
 
 /* A pixel's part of an error, summed by rows of blocks, and the map; both in a fixed order, so
  * that threads change no bit. */

@@ -42,9 +42,8 @@ static void see(const flip_comparison *job, flip_display display, const block_so
                 uint64_t rows, float planes[BLOCK_ROWS][FLIP_PLANES][BLOCK_SIDE], flip_seen *seen) {
     const uint64_t missing = rows & ~seen->rows;
     if (!missing) return;
-    bool marked[BLOCK_ROWS + 2 * BLOCK_REACH] = {false}, needed[BLOCK_ROWS];
-    for (int y = 0; y < BLOCK_SIDE; ++y) marked[y + 2 * BLOCK_REACH] = missing >> y & 1;
-    moit_reached_rows(marked, BLOCK_REACH, BLOCK_ROWS, needed);
+    bool needed[BLOCK_ROWS];
+    moit_rows_needed(missing, BLOCK_REACH, needed);
     for (int y = 0; y < BLOCK_ROWS; ++y) {
         if (!needed[y]) continue;
         const double *const rgb[3] = {source[0][y], source[1][y], source[2][y]};
@@ -61,13 +60,10 @@ static void see(const flip_comparison *job, flip_display display, const block_so
 static uint64_t rows_that_differ(flip_display display, const double least[BLOCK_ROWS],
                                  const image_block *block) {
     const double white = display.exposed ? 16.0 : 1.0; /* the curve is above 1 from 12 on */
-    bool differs[BLOCK_ROWS], reached[BLOCK_SIDE];
+    bool differs[BLOCK_ROWS];
     for (int y = 0; y < BLOCK_ROWS; ++y)
         differs[y] = least[y] * display.root * display.root < white;
-    moit_reached_rows(differs, BLOCK_REACH, BLOCK_SIDE, reached);
-    uint64_t rows = 0;
-    for (int y = 0; y < block->height; ++y) rows |= (uint64_t)reached[y] << y;
-    return rows;
+    return moit_rows_within_reach(block, BLOCK_REACH, differs);
 }
 
 /* Where what is seen of the reference stays, or the worker's own place. */
@@ -84,10 +80,9 @@ static moit_status compare_block(void *context, int64_t index, int thread) {
     const flip_comparison *job = context;
     flip_workplace *work = &job->workplaces[thread];
     const image_block block = moit_block_at(job->image, index);
-    moit_load_block(job->image, &block, BLOCK_REACH, repeated, work->image);
-    moit_load_block(&job->reference->image, &block, BLOCK_REACH, repeated, work->reference);
     double least[BLOCK_ROWS];
-    moit_least_that_differ(work->image, work->reference, BLOCK_REACH, least);
+    moit_load_both(job->image, &job->reference->image, &block, BLOCK_REACH, repeated, work->image,
+                   work->reference, least);
 
     memset(work->errors, 0, sizeof work->errors);
     for (int i = 0; i < job->count; ++i) {

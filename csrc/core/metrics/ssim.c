@@ -53,19 +53,12 @@ static void filter_across(const ssim_comparison *job, const double (*rows)[BLOCK
     job->lines->filter(job->weights, lines, out);
 }
 
-/* Which rows round a block those in `rows` need. */
-static void needed_for(uint64_t rows, bool needed[SSIM_ROWS]) {
-    bool marked[SSIM_ROWS + 2 * SSIM_REACH] = {false};
-    for (int y = 0; y < BLOCK_SIDE; ++y) marked[y + 2 * SSIM_REACH] = rows >> y & 1;
-    moit_reached_rows(marked, SSIM_REACH, SSIM_ROWS, needed);
-}
-
 /* The reference's part of the rows in `rows` that are not there yet. */
 static void see(const ssim_comparison *job, uint64_t rows, ssim_workplace *work, ssim_seen *seen) {
     const uint64_t missing = rows & ~seen->rows;
     if (!missing) return;
     bool needed[SSIM_ROWS];
-    needed_for(missing, needed);
+    moit_rows_needed(missing, SSIM_REACH, needed);
     for (int channel = 0; channel < 3; ++channel) {
         for (int y = 0; y < SSIM_ROWS; ++y) {
             if (!needed[y]) continue;
@@ -114,12 +107,9 @@ static ssim_seen *reference_seen(moit_reference *reference, int64_t block, ssim_
 }
 
 static uint64_t rows_that_differ(const double least[BLOCK_ROWS], const image_block *block) {
-    bool differs[SSIM_ROWS], reached[BLOCK_SIDE];
+    bool differs[SSIM_ROWS];
     for (int y = 0; y < SSIM_ROWS; ++y) differs[y] = least[y] < (double)INFINITY;
-    moit_reached_rows(differs, SSIM_REACH, BLOCK_SIDE, reached);
-    uint64_t rows = 0;
-    for (int y = 0; y < block->height; ++y) rows |= (uint64_t)reached[y] << y;
-    return rows;
+    return moit_rows_within_reach(block, SSIM_REACH, differs);
 }
 
 /* Stores a block's errors; the mean leaves out the border where the mirror takes part. */
@@ -141,14 +131,13 @@ static moit_status compare_block(void *context, int64_t index, int thread) {
     const ssim_comparison *job = context;
     ssim_workplace *work = &job->workplaces[thread];
     const image_block block = moit_block_at(job->image, index);
-    moit_load_block(job->image, &block, SSIM_REACH, mirrored, work->image);
-    moit_load_block(&job->reference->image, &block, SSIM_REACH, mirrored, work->reference);
     double least[BLOCK_ROWS];
-    moit_least_that_differ(work->image, work->reference, SSIM_REACH, least);
+    moit_load_both(job->image, &job->reference->image, &block, SSIM_REACH, mirrored, work->image,
+                   work->reference, least);
     const uint64_t rows = rows_that_differ(least, &block);
     if (rows) {
         bool needed[SSIM_ROWS];
-        needed_for(rows, needed);
+        moit_rows_needed(rows, SSIM_REACH, needed);
         ssim_seen *seen = reference_seen(job->reference, index, &work->seen);
         see(job, rows, work, seen);
         memset(work->similarity, 0, sizeof work->similarity);

@@ -157,11 +157,7 @@ FN void hold_passed(const blended *x, const four_pixels *four, const int most, h
 FN void hold_ranked(const blended *x, const four_pixels *four, const int most, held_weights *w) {
     SCALAR ranked[4][COUNTS];
     quad left = QUAD(1.0);
-    for (int lane = 0; lane < 4; ++lane) {
-        int start = four->start[lane], count = four->equal ? most : four->count[lane];
-        for (int i = 0; i < count; ++i) ranked[lane][x->rank[start + i]] = x->alpha[start + i];
-        for (int i = count; i < most; ++i) ranked[lane][i] = 0;
-    }
+    put_in_order(four, most, four->equal, x->alpha, x->rank, ranked);
     for (int i = 0; i < most; ++i) {
         quad own =
             quad_from((four_numbers){ranked[0][i], ranked[1][i], ranked[2][i], ranked[3][i]});

@@ -150,6 +150,16 @@ FN double passed_in_arrival(int p, const int32_t *offsets, const SCALAR *alpha, 
     return through;
 }
 
+/* Numbers of four pixels by their ranks; 0 beyond a pixel's last. */
+FN void put_in_order(const four_pixels *four, const int most, const bool equal, const SCALAR *alpha,
+                     const int32_t *rank, SCALAR (*ranked)[COUNTS]) {
+    for (int lane = 0; lane < 4; ++lane) {
+        int start = four->start[lane], count = equal ? most : four->count[lane];
+        for (int i = 0; i < count; ++i) ranked[lane][rank[start + i]] = alpha[start + i];
+        for (int i = count; i < most; ++i) ranked[lane][i] = 0;
+    }
+}
+
 static void ranked_transmittance_stage(int pixels, const int32_t *offsets, const void *alpha_,
                                        const int32_t *rank, int32_t *order, void *T_,
                                        double *total) {
@@ -159,11 +169,7 @@ static void ranked_transmittance_stage(int pixels, const int32_t *offsets, const
     do { \
         SCALAR ranked[4][COUNTS], seen[COUNTS][4]; \
         quad left = QUAD(1.0); \
-        for (int lane = 0; lane < 4; ++lane) { \
-            int start = (four)->start[lane], count = (equal) ? (most) : (four)->count[lane]; \
-            for (int i = 0; i < count; ++i) ranked[lane][rank[start + i]] = alpha[start + i]; \
-            for (int i = count; i < (most); ++i) ranked[lane][i] = 0; \
-        } \
+        put_in_order(four, most, equal, alpha, rank, ranked); \
         for (int i = 0; i < (most); ++i) { \
             four_numbers a = {ranked[0][i], ranked[1][i], ranked[2][i], ranked[3][i]}; \
             four_numbers through = __builtin_convertvector(left, four_numbers); \
