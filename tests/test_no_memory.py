@@ -10,7 +10,7 @@ import pytest
 import test_full_disk
 from forked import Server, preloaded
 
-LACK = (Path(__file__).parent / "c" / "lack.c").read_text(encoding="ascii")
+LACK = Path(__file__).with_name("lack.c").read_text(encoding="ascii")
 
 # How a process makes the n-th allocation fail, of those that libraries take well. NumPy looks at
 # what it got for arrays, and not always for the buffers of its loops. OpenEXR reads on without what
