@@ -37,7 +37,7 @@ def built() -> Path:
 def run(library: Path, tests: list[str], minutes: float) -> None:
     """Fuzz and tests, each process writing what it counted."""
     environment = os.environ | {
-        "PYTHONPATH": os.pathsep.join([str(library), str(ROOT / "tests")]),
+        "PYTHONPATH": os.pathsep.join(map(str, (library, ROOT / "tests", ROOT))),
         "LLVM_PROFILE_FILE": str(OUT / "counted" / "%4m.profraw"),
         "MOIT_ISA": "base",
     }

@@ -655,7 +655,7 @@ def test_names_read_back():
         assert moit.technique(str(technique)) == technique
         assert hash(technique) == hash(moit.technique(str(technique)))
     assert str(PerPixel()) == "per-pixel"
-    assert PerPixel(0.1, ("power4", "sorted")).techniques == ("power4",)
+    assert PerPixel(0.1, ("power4", "sorted", "power4")).techniques == ("power4",)
 
 
 def test_all_default_candidates_can_be_named():
