@@ -64,7 +64,8 @@ class Technique:
     has_curve : whether there is a transmittance at every depth, not only at fragments.
     random : whether answers hang on a seed, and are right only on the mean over seeds.
     unit_range : the depths that moments are taken of, or None.
-    local : whether a pixel's answer hangs on its own fragments and the depth range alone.
+    local : whether a pixel's answer hangs on its own fragments, its display coordinates and the
+        depth range alone.
     supports_transmission : whether fragments may have coloured transmission.
     stores_moments, has_network : what it keeps, and what reads it.
     adds_targets : whether what it keeps of a pixel adds up between pictures.
