@@ -29,13 +29,14 @@ class ByKind(Generic[F]):
         """Marks a function as that of these kinds. ValueError where the core's table has none, or
         another stands for it."""
 
+        for kind in kinds:
+            if kind not in FACTS:
+                raise ValueError(f"kind: the core's table has no row for {kind!r}")
+            if kind in self._functions:
+                raise ValueError(f"kind: {kind!r} has {self._functions[kind].__name__} already")
+
         def mark(function: F) -> F:
-            for kind in kinds:
-                if kind not in FACTS:
-                    raise ValueError(f"kind: the core's table has no row for {kind!r}")
-                if kind in self._functions:
-                    raise ValueError(f"kind: {kind!r} has {self._functions[kind].__name__} already")
-                self._functions[kind] = function
+            self._functions.update(dict.fromkeys(kinds, function))
             return function
 
         return mark

@@ -175,6 +175,7 @@ class DeepFragments(_Networked):
     """
 
     bits: ClassVar[int] = 16  # of a sum's number
+    layers: ClassVar[int] = 2  # that are kept as they are
     kind: ClassVar[str] = "dfa"
     family: ClassVar[str] = "power, neural"
     source: ClassVar[str] = "Tsopouridis et al. 2024 (DFA, as NMT tells of it)"
