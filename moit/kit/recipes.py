@@ -38,7 +38,8 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
     own = is_in_own_range(technique)
     recipe = replace(make(technique, depth_range), depth_range=depth_range)
     if isinstance(technique, Renormalised) and technique.normalize:
-        plain = make(replace(technique, normalize=False), depth_range)
+        published: dict[str, Any] = {"normalize": False}
+        plain = make(replace(technique, **published), depth_range)
         if all(getattr(plain, one) == getattr(recipe, one) for one in ("text", "made", "fixed")):
             why = "its text leaves colours as they come out"
             raise _no_kit(technique, why, f"'{technique.base_name}'")
