@@ -1,6 +1,7 @@
 /* Anchors: fragments that matter most occlude exactly, all others as cells between them have them
  * (kernels/anchors.h). */
 #include "core/elementary.h"
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include "kernels/anchor_numbers.h"
@@ -197,17 +198,20 @@ void moit_anchors_bounds(const moit_job *job, moit_tile *tile, double *lower, do
     }
 }
 
-const moit_technique_row moit_anchors_row = {.name = "anchors",
-                                             .usual_counts = (const int[]){4, 0},
-                                             .least_count = 1,
-                                             .most_count = MOST_KEPT,
-                                             .fits = moit_anchors_fit,
-                                             .weigh = moit_anchors_weigh,
-                                             .curve = moit_anchors_curve,
-                                             .bounds = moit_anchors_bounds,
-                                             .scratch = moit_anchors_scratch,
-                                             .unit_range = {0.0, 1.0},
-                                             .uses_warp = true,
-                                             .reconstructs = true,
-                                             .takes_points = true,
-                                             .geometry_passes = 3};
+const moit_technique_row moit_anchors_row = {
+    .name = "anchors",
+    OPTIONS(COUNT, WARPED, WHOLE("cells", anchors.cells, 1, MOST_CELLS),
+            NUMBER("gamma", anchors.gamma), TRUTH("large_keys", anchors.large_keys)),
+    .usual_counts = (const int[]){4, 0},
+    .least_count = 1,
+    .most_count = MOST_KEPT,
+    .fits = moit_anchors_fit,
+    .weigh = moit_anchors_weigh,
+    .curve = moit_anchors_curve,
+    .bounds = moit_anchors_bounds,
+    .scratch = moit_anchors_scratch,
+    .unit_range = {0.0, 1.0},
+    .uses_warp = true,
+    .reconstructs = true,
+    .takes_points = true,
+    .geometry_passes = 3};

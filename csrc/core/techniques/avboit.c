@@ -4,6 +4,7 @@
  * lets nothing through, and no slice behind it does. */
 #include "core/techniques/slices.h"
 
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <stdlib.h>
@@ -145,6 +146,9 @@ void moit_avboit_weigh(const moit_job *job, moit_tile *tile) { answer(job, tile,
 void moit_avboit_curve(const moit_job *job, moit_tile *tile) { answer(job, tile, tile->curve); }
 
 const moit_technique_row moit_avboit_row = {.name = "avboit",
+                                            OPTIONS(SLICES, NUMBER("slice_bias", slices.bias),
+                                                    TRUTH("average", slices.average),
+                                                    TRUTH("cubic", slices.cubic)),
                                             .fits = moit_avboit_fits,
                                             .weigh = moit_avboit_weigh,
                                             .total = moit_total_product,

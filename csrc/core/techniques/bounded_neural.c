@@ -1,4 +1,5 @@
 /* Bounded neural transmittance: power moments, between whose bounds a network decides. */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 /* Networks of two layers of 8: 4 inputs of a fragment, then count of its pixel. */
@@ -111,24 +112,26 @@ void moit_bounded_features(const moit_job *job, moit_tile *tile, int64_t stride,
                                   job->technique->bounded.network, stride, features);
 }
 
-const moit_technique_row moit_neural_bounded_row = {.name = "neural-bounded",
-                                                    .thick = MOIT_THICK_MOMENTS,
-                                                    .usual_counts = (const int[]){4, 6, 0},
-                                                    .least_count = 4,
-                                                    .most_count = 6,
-                                                    .weigh = moit_bounded_weigh,
-                                                    .pull_back = moit_bounded_pull_back,
-                                                    .refusal = moit_bounded_refusal,
-                                                    .curve = moit_bounded_curve,
-                                                    .bounds = moit_bounded_bounds,
-                                                    .scratch = moit_bounded_scratch,
-                                                    .moments = &moit_bounded_moments,
-                                                    .blocks = &moit_moment_blocks,
-                                                    .weights = moit_bounded_weights,
-                                                    .columns = moit_bounded_columns,
-                                                    .features = moit_bounded_features,
-                                                    .unit_range = {-1.0, 1.0},
-                                                    .uses_warp = true,
-                                                    .reconstructs = true,
-                                                    .absorbs = moit_absorbs,
-                                                    .geometry_passes = 2};
+const moit_technique_row moit_neural_bounded_row = {
+    .name = "neural-bounded",
+    OPTIONS(COUNT, WARPED, BLOCKS, BIAS, MOMENT_BITS(32), HALVES, NETWORK(bounded.network)),
+    .thick = MOIT_THICK_MOMENTS,
+    .usual_counts = (const int[]){4, 6, 0},
+    .least_count = 4,
+    .most_count = 6,
+    .weigh = moit_bounded_weigh,
+    .pull_back = moit_bounded_pull_back,
+    .refusal = moit_bounded_refusal,
+    .curve = moit_bounded_curve,
+    .bounds = moit_bounded_bounds,
+    .scratch = moit_bounded_scratch,
+    .moments = &moit_bounded_moments,
+    .blocks = &moit_moment_blocks,
+    .weights = moit_bounded_weights,
+    .columns = moit_bounded_columns,
+    .features = moit_bounded_features,
+    .unit_range = {-1.0, 1.0},
+    .uses_warp = true,
+    .reconstructs = true,
+    .absorbs = moit_absorbs,
+    .geometry_passes = 2};

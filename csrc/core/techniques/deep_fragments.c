@@ -1,5 +1,6 @@
 /* Deep fragments: the two nearest fragments of a pixel, and of the others sums, of which a network
  * makes a colour (kernels/deep_fragments.h). */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -92,6 +93,7 @@ bool moit_deep_overflows(const moit_job *job, const moit_tile *tile, int p) {
 }
 
 const moit_technique_row moit_dfa_row = {.name = "dfa",
+                                         OPTIONS(WARP, MAX_ALPHA, NETWORK(neural.network)),
                                          .thick = MOIT_THICK_MIDDLE,
                                          .weigh = moit_deep_weigh,
                                          .pull_back = moit_deep_pull_back,

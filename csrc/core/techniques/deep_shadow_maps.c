@@ -5,6 +5,7 @@
 #include "kernels/dialect.h"
 #include "kernels/deep_shadow.h"
 
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 /* Differences of the largest depths are finite when both are a quarter. */
@@ -135,6 +136,7 @@ void moit_deep_shadow_curve(const moit_job *job, moit_tile *tile) {
 }
 
 const moit_technique_row moit_deep_shadow_row = {.name = "deep-shadow",
+                                                 OPTIONS(NORMALIZE, NUMBER("tolerance", tolerance)),
                                                  .weigh = moit_deep_shadow_weigh,
                                                  .curve = moit_deep_shadow_curve,
                                                  .scratch = moit_deep_shadow_scratch,

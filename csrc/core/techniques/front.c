@@ -7,6 +7,7 @@
  * Keys of 32 bits hold depth in 20 bits and the root of 1 - alpha in 12. What is taken out has to
  * be what was added: so all fragments are rounded to their keys first, and nothing else of depth
  * and alpha is known but what shading has. */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -373,24 +374,29 @@ void moit_front_bounds(const moit_job *job, moit_tile *tile, double *lower, doub
     }
 }
 
-const moit_technique_row moit_front_row = {.name = "front",
-                                           .usual_counts = (const int[]){2, 0},
-                                           .least_count = 1,
-                                           .most_count = MOIT_MOST_LAYERS,
-                                           .fits = moit_front_fits,
-                                           .weigh = moit_front_weigh,
-                                           .pull_back = moit_front_pull_back,
-                                           .refusal = moit_front_refusal,
-                                           .see = moit_front_see,
-                                           .unsee = moit_front_unsee,
-                                           .curve = moit_front_curve,
-                                           .bounds = moit_front_bounds,
-                                           .blend = moit_front_blend,
-                                           .scratch = moit_front_scratch,
-                                           .weights = moit_front_weights,
-                                           .unit_range = {-1.0, 1.0},
-                                           .uses_warp = true,
-                                           .reconstructs = true,
-                                           .arrival = MOIT_TIES_IN_ORDER,
-                                           .ties = MOIT_TIES_EARLIER,
-                                           .geometry_passes = 2};
+const moit_technique_row moit_front_row = {
+    .name = "front",
+    OPTIONS(COUNT, WARPED, READ_MOMENTS, MOMENT_BITS(32), WRAPPING_ZONE,
+            WHOLE("tail", front.tail, 0, MOIT_KIND_COUNT - 1),
+            WHOLE("moment_count", front.moment_count, 2, 8), TRUTH("small_keys", front.small_keys),
+            NETWORK(front.network) /* its tail's */),
+    .usual_counts = (const int[]){2, 0},
+    .least_count = 1,
+    .most_count = MOIT_MOST_LAYERS,
+    .fits = moit_front_fits,
+    .weigh = moit_front_weigh,
+    .pull_back = moit_front_pull_back,
+    .refusal = moit_front_refusal,
+    .see = moit_front_see,
+    .unsee = moit_front_unsee,
+    .curve = moit_front_curve,
+    .bounds = moit_front_bounds,
+    .blend = moit_front_blend,
+    .scratch = moit_front_scratch,
+    .weights = moit_front_weights,
+    .unit_range = {-1.0, 1.0},
+    .uses_warp = true,
+    .reconstructs = true,
+    .arrival = MOIT_TIES_IN_ORDER,
+    .ties = MOIT_TIES_EARLIER,
+    .geometry_passes = 2};

@@ -1,5 +1,6 @@
 /* Wavelet transparency on a tile: coefficients of each pixel, what its cells end with, light. */
 #include "core/techniques/moments.h"
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 enum { WORD_BITS = 16 };
@@ -80,6 +81,7 @@ void moit_haar_curve(const moit_job *job, moit_tile *tile) {
 }
 
 const moit_technique_row moit_wavelet_row = {.name = "wavelet",
+                                             OPTIONS(SERIES, TRUTH("density", series.density)),
                                              .usual_counts = (const int[]){4, 8, 16, 32, 0},
                                              .least_count = 4,
                                              .most_count = 32,

@@ -1,4 +1,5 @@
 /* Techniques that keep a few layers of a pixel and make do with them. */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -300,6 +301,7 @@ void moit_mlab_curve(const moit_job *job, moit_tile *tile) {
 }
 
 const moit_technique_row moit_depth_peeling_row = {.name = "depth-peeling",
+                                                   OPTIONS(COUNT, NORMALIZE),
                                                    .thick = MOIT_THICK_MIDDLE,
                                                    .usual_counts = (const int[]){4, 0},
                                                    .least_count = 1,
@@ -316,7 +318,11 @@ const moit_technique_row moit_depth_peeling_row = {.name = "depth-peeling",
                                                    .exact_counts = true,
                                                    .passes_count = true};
 
+/* Of what merges neighbours where there is one too many. */
+#define MERGING WARP, TRUTH("quantized", layers.quantized), TRUTH("by_energy", layers.by_energy)
+
 const moit_technique_row moit_adaptive_row = {.name = "adaptive",
+                                              OPTIONS(COUNT, NORMALIZE, MERGING),
                                               .thick = MOIT_THICK_MIDDLE,
                                               .usual_counts = (const int[]){4, 0},
                                               .least_count = 2,
@@ -331,24 +337,28 @@ const moit_technique_row moit_adaptive_row = {.name = "adaptive",
                                               .arrival = MOIT_IN_ORDER,
                                               .geometry_passes = 2};
 
-const moit_technique_row moit_mlab_row = {.name = "mlab",
-                                          .fits = moit_mlab_fits,
-                                          .thick = MOIT_THICK_MIDDLE,
-                                          .usual_counts = (const int[]){2, 4, 6, 0},
-                                          .least_count = 1,
-                                          .most_count = MOIT_MOST_LAYERS,
-                                          .weigh = moit_mlab_weigh,
-                                          .overflows = moit_mlab_overflows,
-                                          .curve = moit_mlab_curve,
-                                          .resolve = moit_mlab_resolve,
-                                          .scratch = moit_layers_scratch,
-                                          .unit_range = {0.0, 1.0},
-                                          .uses_warp = true,
-                                          .arrival = MOIT_IN_ORDER,
-                                          .ties = MOIT_TIES_LATER,
-                                          .geometry_passes = 1};
+const moit_technique_row moit_mlab_row = {
+    .name = "mlab",
+    OPTIONS(COUNT, MERGING, NUMBER("min_alpha", layers.min_alpha), TRUTH("buckets", layers.buckets),
+            NUMBER("front_alpha", layers.front_alpha), NUMBER("back_alpha", layers.back_alpha)),
+    .fits = moit_mlab_fits,
+    .thick = MOIT_THICK_MIDDLE,
+    .usual_counts = (const int[]){2, 4, 6, 0},
+    .least_count = 1,
+    .most_count = MOIT_MOST_LAYERS,
+    .weigh = moit_mlab_weigh,
+    .overflows = moit_mlab_overflows,
+    .curve = moit_mlab_curve,
+    .resolve = moit_mlab_resolve,
+    .scratch = moit_layers_scratch,
+    .unit_range = {0.0, 1.0},
+    .uses_warp = true,
+    .arrival = MOIT_IN_ORDER,
+    .ties = MOIT_TIES_LATER,
+    .geometry_passes = 1};
 
 const moit_technique_row moit_kbuffer_row = {.name = "kbuffer",
+                                             OPTIONS(COUNT),
                                              .thick = MOIT_THICK_MIDDLE,
                                              .usual_counts = (const int[]){4, 0},
                                              .least_count = 1,
@@ -362,16 +372,18 @@ const moit_technique_row moit_kbuffer_row = {.name = "kbuffer",
                                              .exact_counts = true,
                                              .geometry_passes = 1};
 
-const moit_technique_row moit_hybrid_row = {.name = "hybrid",
-                                            .thick = MOIT_THICK_MIDDLE,
-                                            .usual_counts = (const int[]){4, 0},
-                                            .least_count = 1,
-                                            .most_count = MOIT_MOST_LAYERS,
-                                            .weigh = moit_hybrid_weigh,
-                                            .pull_back = moit_hybrid_pull_back,
-                                            .by_channel = true,
-                                            .arrival = MOIT_TIES_IN_ORDER,
-                                            .ties = MOIT_TIES_EARLIER,
-                                            .exact_up_to = 1,
-                                            .exact_counts = true,
-                                            .geometry_passes = 2};
+const moit_technique_row moit_hybrid_row = {
+    .name = "hybrid",
+    OPTIONS(COUNT, NORMALIZE, NUMBER("core_alpha", core_alpha)),
+    .thick = MOIT_THICK_MIDDLE,
+    .usual_counts = (const int[]){4, 0},
+    .least_count = 1,
+    .most_count = MOIT_MOST_LAYERS,
+    .weigh = moit_hybrid_weigh,
+    .pull_back = moit_hybrid_pull_back,
+    .by_channel = true,
+    .arrival = MOIT_TIES_IN_ORDER,
+    .ties = MOIT_TIES_EARLIER,
+    .exact_up_to = 1,
+    .exact_counts = true,
+    .geometry_passes = 2};

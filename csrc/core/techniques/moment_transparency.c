@@ -3,6 +3,7 @@
  * (blocks.h). */
 #include "core/techniques/moment_transparency.h"
 
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <assert.h>
@@ -276,26 +277,31 @@ void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise
     if (twice) stages->second_pass(pixels, offsets, b0[0], b0[1], T);
 }
 
-const moit_technique_row moit_moment_transparency_row = {.name = "moment-transparency",
-                                                         .thick = MOIT_THICK_MIDDLE,
-                                                         .usual_counts = (const int[]){4, 0},
-                                                         .least_count = 4,
-                                                         .most_count = 4,
-                                                         .fits = moit_mt_fits,
-                                                         .weigh = moit_mt_weigh,
-                                                         .pull_back = moit_moments_pull_back,
-                                                         .refusal = moit_moments_refusal,
-                                                         .overflows = moit_mt_overflows,
-                                                         .total = moit_total_product,
-                                                         .curve = moit_mt_curve,
-                                                         .bounds = moit_power_bounds,
-                                                         .blocks = &moit_mt_blocks,
-                                                         .scratch = moit_mt_scratch,
-                                                         .moments = &moit_mt_moments,
-                                                         .unit_range = {0.0, 1.0},
-                                                         .uses_warp = true,
-                                                         .scales_alpha = true,
-                                                         .reconstructs = true,
-                                                         .absorbs = moit_mt_absorbs,
-                                                         .takes_points = true,
-                                                         .geometry_passes = 2};
+const moit_technique_row moit_moment_transparency_row = {
+    .name = "moment-transparency",
+    OPTIONS(COUNT, WARPED, RESOLUTION(INT_MAX), READ_MOMENTS,
+            WHOLE("passes", transparency.passes, 1, 2),
+            WHOLE("storage", transparency.storage, 0, MOIT_STORAGE_UNORM16),
+            TRUTH("average", transparency.average), TRUTH("symmetric", transparency.symmetric)),
+    .thick = MOIT_THICK_MIDDLE,
+    .usual_counts = (const int[]){4, 0},
+    .least_count = 4,
+    .most_count = 4,
+    .fits = moit_mt_fits,
+    .weigh = moit_mt_weigh,
+    .pull_back = moit_moments_pull_back,
+    .refusal = moit_moments_refusal,
+    .overflows = moit_mt_overflows,
+    .total = moit_total_product,
+    .curve = moit_mt_curve,
+    .bounds = moit_power_bounds,
+    .blocks = &moit_mt_blocks,
+    .scratch = moit_mt_scratch,
+    .moments = &moit_mt_moments,
+    .unit_range = {0.0, 1.0},
+    .uses_warp = true,
+    .scales_alpha = true,
+    .reconstructs = true,
+    .absorbs = moit_mt_absorbs,
+    .takes_points = true,
+    .geometry_passes = 2};

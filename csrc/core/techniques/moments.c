@@ -1,5 +1,6 @@
 /* The two passes of moment techniques on a tile, for any family of moments. */
 #include "core/techniques/moments.h"
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -229,6 +230,7 @@ void moit_moments_curve(const moit_job *job, moit_tile *tile) {
 }
 
 const moit_technique_row moit_power_row = {.name = "power",
+                                           OPTIONS(STORED_MOMENTS, HALVES),
                                            .thick = MOIT_THICK_MOMENTS,
                                            .usual_counts = (const int[]){2, 4, 6, 8, 0},
                                            .least_count = 2,
@@ -251,6 +253,7 @@ const moit_technique_row moit_power_row = {.name = "power",
                                            .geometry_passes = 2};
 
 const moit_technique_row moit_trig_row = {.name = "trig",
+                                          OPTIONS(STORED_MOMENTS, WRAPPING_ZONE),
                                           .thick = MOIT_THICK_WAVES,
                                           .usual_counts = (const int[]){2, 3, 4, 0},
                                           .least_count = 2,

@@ -1,5 +1,6 @@
 /* Neural moment transparency: four power moments, the count and the extent of a pixel's fragments,
  * and a network that reads transmittance off them (kernels/neural_moments.h). */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 enum { MOMENTS = 4, FEATURES = 7, FIRST = 32, SECOND = 16 };
@@ -76,6 +77,9 @@ void moit_neural_features(const moit_job *job, moit_tile *tile, int64_t stride, 
 }
 
 const moit_technique_row moit_neural_row = {.name = "neural",
+                                            OPTIONS(WARP, MAX_ALPHA, NORMALIZE,
+                                                    TRUTH("range_in_words", neural.range_in_words),
+                                                    NETWORK(neural.network)),
                                             .weigh = moit_neural_weigh,
                                             .pull_back = moit_neural_pull_back,
                                             .curve = moit_neural_curve,

@@ -1,6 +1,7 @@
 /* Techniques that hold a function of depth as a short series: Fourier opacity maps and
  * transmittance function maps (kernels/fourier_opacity.h, kernels/transmittance_function.h). A
  * pixel's coefficients lie in the tile's own room. */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -162,6 +163,7 @@ void moit_function_map_curve(const moit_job *job, moit_tile *tile) {
 }
 
 const moit_technique_row moit_fourier_row = {.name = "fourier",
+                                             OPTIONS(SERIES),
                                              .thick = MOIT_THICK_WAVES,
                                              .usual_counts = (const int[]){7, 15, 0},
                                              .least_count = 3,
@@ -181,6 +183,7 @@ const moit_technique_row moit_fourier_row = {.name = "fourier",
 
 const moit_technique_row moit_transmittance_function_map_row = {
     .name = "transmittance-function-map",
+    OPTIONS(SERIES),
     .usual_counts = (const int[]){8, 0},
     .least_count = 1,
     .most_count = 32,

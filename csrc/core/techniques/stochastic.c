@@ -1,4 +1,5 @@
 /* Stochastic transparency and hashed alpha testing (kernels/stochastic.h has the papers). */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <string.h>
@@ -155,21 +156,26 @@ void moit_hashed_alpha_resolve(const moit_job *job, moit_tile *tile) {
     }
 }
 
-const moit_technique_row moit_stochastic_row = {.name = "stochastic",
-                                                .usual_counts = (const int[]){8, 0},
-                                                .least_count = 1,
-                                                .most_count = MOIT_MOST_SAMPLES,
-                                                .weigh = moit_stochastic_weigh,
-                                                .pull_back = moit_stochastic_pull_back,
-                                                .total = moit_total_product,
-                                                .curve = moit_stochastic_curve,
-                                                .scratch = moit_stochastic_scratch,
-                                                .is_random = true,
-                                                .reconstructs = true,
-                                                .takes_points = true,
-                                                .geometry_passes = 3};
+#define SEED WHOLE("seed", sampling.seed, 0, INT_MAX)
+
+const moit_technique_row moit_stochastic_row = {
+    .name = "stochastic",
+    OPTIONS(COUNT, NORMALIZE, SEED, TRUTH("stratified", sampling.stratified)),
+    .usual_counts = (const int[]){8, 0},
+    .least_count = 1,
+    .most_count = MOIT_MOST_SAMPLES,
+    .weigh = moit_stochastic_weigh,
+    .pull_back = moit_stochastic_pull_back,
+    .total = moit_total_product,
+    .curve = moit_stochastic_curve,
+    .scratch = moit_stochastic_scratch,
+    .is_random = true,
+    .reconstructs = true,
+    .takes_points = true,
+    .geometry_passes = 3};
 
 const moit_technique_row moit_hashed_alpha_row = {.name = "hashed-alpha",
+                                                  OPTIONS(SEED),
                                                   .weigh = moit_stochastic_weigh,
                                                   .curve = moit_stochastic_curve,
                                                   .resolve = moit_hashed_alpha_resolve,

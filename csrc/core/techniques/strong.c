@@ -1,5 +1,6 @@
 /* Strongest fragments occlude exactly, wherever they lie; all others are held as moments in half
  * floats of the pixel's own extent, between whose bounds a network decides. */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 enum { MOMENTS = 6 };
 
@@ -179,6 +180,9 @@ void moit_strong_features(const moit_job *job, moit_tile *tile, int64_t stride, 
 }
 
 const moit_technique_row moit_strong_row = {.name = "strong",
+                                            OPTIONS(COUNT, WARPED, NUMBER("gamma", strong.gamma),
+                                                    TRUTH("large_keys", strong.large_keys),
+                                                    NETWORK(strong.network)),
                                             .usual_counts = (const int[]){5, 0},
                                             .least_count = 1,
                                             .most_count = MOST_KEPT,

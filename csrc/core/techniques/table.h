@@ -10,6 +10,7 @@
 
 typedef struct moit_technique_row {
     const char *name;            /* as its dataclass spells `kind` */
+    const moit_option *options;  /* techniques/options.h; NULL: there are none */
     const int *usual_counts;     /* ended by 0; NULL: there is no count */
     int least_count, most_count; /* what loops and scratch are made for */
     /* Whether it can do with other fields than the count; NULL: always. */

@@ -1,4 +1,5 @@
 /* Techniques that blend with weights which other fragments of the pixel have no part in. */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <float.h>
@@ -226,6 +227,7 @@ const moit_technique_row moit_unsorted_row = {.name = "unsorted",
                                               .geometry_passes = 1};
 
 const moit_technique_row moit_weighted_sum_row = {.name = "weighted-sum",
+                                                  OPTIONS(NORMALIZE),
                                                   .thick = MOIT_THICK_MIDDLE,
                                                   .weigh = moit_weighted_sum_weigh,
                                                   .weigh_and_blend =
@@ -245,14 +247,17 @@ const moit_technique_row moit_weighted_average_row = {.name = "weighted-average"
                                                       .exact_up_to = 1,
                                                       .geometry_passes = 1};
 
-const moit_technique_row moit_wboit_row = {.name = "wboit",
-                                           .thick = MOIT_THICK_MIDDLE,
-                                           .weigh = moit_weighted_blended_weigh,
-                                           .weigh_and_blend = moit_weighted_blended_weigh_and_blend,
-                                           .pull_back = moit_weighted_blended_pull_back,
-                                           .refusal = moit_weighted_blended_refusal,
-                                           .overflows = moit_weighted_blended_overflows,
-                                           .blend = moit_weighted_blended_blend,
-                                           .total = moit_weighted_blended_total,
-                                           .adds_targets = true,
-                                           .geometry_passes = 1};
+const moit_technique_row moit_wboit_row = {
+    .name = "wboit",
+    OPTIONS(WHOLE("weight", weighted.weight, 0, MOIT_WEIGHT_GIVEN),
+            NUMBER("depth_scale", weighted.depth_scale), WHOLE("bits", weighted.bits, 16, 32)),
+    .thick = MOIT_THICK_MIDDLE,
+    .weigh = moit_weighted_blended_weigh,
+    .weigh_and_blend = moit_weighted_blended_weigh_and_blend,
+    .pull_back = moit_weighted_blended_pull_back,
+    .refusal = moit_weighted_blended_refusal,
+    .overflows = moit_weighted_blended_overflows,
+    .blend = moit_weighted_blended_blend,
+    .total = moit_weighted_blended_total,
+    .adds_targets = true,
+    .geometry_passes = 1};
