@@ -8,7 +8,7 @@
 
 #include <math.h>
 
-bool moit_anchors_fit(const moit_technique *technique) {
+static bool anchors_fit(const moit_technique *technique) {
     return technique->anchors.cells >= 1 && technique->anchors.cells <= MOST_CELLS;
 }
 
@@ -29,7 +29,7 @@ void moit_words_of_keys(const moit_job *job, bool large, int n, void *z) {
     (large ? job->stages->fine_words : job->stages->words)(n, z);
 }
 
-size_t moit_anchors_scratch(const moit_job *job, int fragments, int pixels) {
+static size_t anchors_scratch(const moit_job *job, int fragments, int pixels) {
     return bytes_of_numbers(job, pixels)
            + moit_bytes_of_keys(job->technique->anchors.large_keys, fragments);
 }
@@ -59,14 +59,14 @@ static void gather(const moit_job *job, moit_tile *tile) {
     job->precise->decay(tile->pixels, tile->double_b0, tile->total);
 }
 
-void moit_anchors_weigh(const moit_job *job, moit_tile *tile) {
+static void anchors_weigh(const moit_job *job, moit_tile *tile) {
     gather(job, tile);
     job->stages->anchor_transmittance(job->technique->count, job->technique->anchors.cells,
                                       tile->pixels, tile->offsets, tile->z, tile->absorbance,
                                       tile->own, tile->T);
 }
 
-void moit_anchors_curve(const moit_job *job, moit_tile *tile) {
+static void anchors_curve(const moit_job *job, moit_tile *tile) {
     gather(job, tile);
     moit_moments_warp_curve(job, tile);
     moit_words_of_keys(job, job->technique->anchors.large_keys, tile->curve_offsets[tile->pixels],
@@ -175,7 +175,7 @@ static void bounds_at(const moit_job *job, const proof *it, double word, double 
     *upper = fmin(moit_exp(-fmax(least - it->slack, 0.0)) * (1.0 + 0x1p-20), 1.0);
 }
 
-void moit_anchors_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
+static void anchors_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     moit_precision precision = job->fragments->precision;
     gather(job, tile);
     if (job->depths) {
@@ -205,11 +205,11 @@ const moit_technique_row moit_anchors_row = {
     .usual_counts = (const int[]){4, 0},
     .least_count = 1,
     .most_count = MOST_KEPT,
-    .fits = moit_anchors_fit,
-    .weigh = moit_anchors_weigh,
-    .curve = moit_anchors_curve,
-    .bounds = moit_anchors_bounds,
-    .scratch = moit_anchors_scratch,
+    .fits = anchors_fit,
+    .weigh = anchors_weigh,
+    .curve = anchors_curve,
+    .bounds = anchors_bounds,
+    .scratch = anchors_scratch,
     .unit_range = {0.0, 1.0},
     .uses_warp = true,
     .reconstructs = true,

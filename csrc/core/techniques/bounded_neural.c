@@ -14,7 +14,7 @@ int moit_bounded_weights(const moit_technique *technique) {
 /* What the network sees, and the bounds between which it decides. */
 int moit_bounded_columns(const moit_technique *technique) { return inputs_of(technique) + 2; }
 
-size_t moit_bounded_scratch(const moit_job *job, int fragments, int pixels) {
+static size_t bounded_scratch(const moit_job *job, int fragments, int pixels) {
     (void)pixels;
     return (size_t)fragments * (size_t)moit_bounded_columns(job->technique) * job->scalar;
 }
@@ -83,7 +83,7 @@ void moit_bounded_weigh(const moit_job *job, moit_tile *tile) {
                                        job->technique->bounded.network, tile->absorbed, tile->T);
 }
 
-void moit_bounded_curve(const moit_job *job, moit_tile *tile) {
+static void bounded_curve(const moit_job *job, moit_tile *tile) {
     const double *outlines = read_outlines(job, tile);
     moit_moments_place_curve(job, tile);
     job->stages->bounded_transmittance(job->technique->count, tile->pixels, tile->curve_offsets,
@@ -93,9 +93,9 @@ void moit_bounded_curve(const moit_job *job, moit_tile *tile) {
 
 /* What power moments prove; where their rounding has moved what is answered out of that, as far as
  * it is. */
-void moit_bounded_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
+static void bounded_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     moit_precision precision = job->fragments->precision;
-    (job->depths ? moit_bounded_curve : moit_bounded_weigh)(job, tile);
+    (job->depths ? bounded_curve : moit_bounded_weigh)(job, tile);
     moit_power_bounds(job, tile, lower, upper);
     const int32_t *offsets = job->depths ? tile->curve_offsets : tile->offsets;
     for (int i = 0; i < offsets[tile->pixels]; ++i) {
@@ -105,7 +105,7 @@ void moit_bounded_bounds(const moit_job *job, moit_tile *tile, double *lower, do
     }
 }
 
-void moit_bounded_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features) {
+static void fill_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features) {
     const double *outlines = read_outlines(job, tile);
     job->stages->bounded_features(job->technique->count, tile->pixels, tile->offsets, tile->z,
                                   tile->absorbance, tile->rules, outlines, tile->b0,
@@ -122,14 +122,14 @@ const moit_technique_row moit_neural_bounded_row = {
     .weigh = moit_bounded_weigh,
     .pull_back = moit_bounded_pull_back,
     .refusal = moit_bounded_refusal,
-    .curve = moit_bounded_curve,
-    .bounds = moit_bounded_bounds,
-    .scratch = moit_bounded_scratch,
+    .curve = bounded_curve,
+    .bounds = bounded_bounds,
+    .scratch = bounded_scratch,
     .moments = &moit_bounded_moments,
     .blocks = &moit_moment_blocks,
     .weights = moit_bounded_weights,
     .columns = moit_bounded_columns,
-    .features = moit_bounded_features,
+    .features = fill_features,
     .unit_range = {-1.0, 1.0},
     .uses_warp = true,
     .reconstructs = true,

@@ -220,7 +220,7 @@ void moit_moments_place_curve(const moit_job *job, moit_tile *tile) {
                                        + (size_t)tile->curve_offsets[p] * job->scalar);
 }
 
-void moit_moments_curve(const moit_job *job, moit_tile *tile) {
+static void moments_curve(const moit_job *job, moit_tile *tile) {
     moit_moments_gather(job, tile);
     moit_moments_read_tile(job, tile);
     moit_moments_place_curve(job, tile);
@@ -240,7 +240,7 @@ const moit_technique_row moit_power_row = {.name = "power",
                                            .pull_back = moit_moments_pull_back,
                                            .weigh_again = moit_moments_weigh_again,
                                            .refusal = moit_moments_refusal,
-                                           .curve = moit_moments_curve,
+                                           .curve = moments_curve,
                                            .bounds = moit_power_bounds,
                                            .scratch = moit_moments_scratch,
                                            .moments = &moit_power_moments,
@@ -262,7 +262,7 @@ const moit_technique_row moit_trig_row = {.name = "trig",
                                           .weigh = moit_moments_weigh,
                                           .pull_back = moit_moments_pull_back,
                                           .refusal = moit_moments_refusal,
-                                          .curve = moit_moments_curve,
+                                          .curve = moments_curve,
                                           .scratch = moit_moments_scratch,
                                           .moments = &moit_trigonometric_moments,
                                           .blocks = &moit_moment_blocks,

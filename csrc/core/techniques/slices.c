@@ -43,9 +43,9 @@ static void answer(const moit_job *job, moit_tile *tile, void *T) {
     moit_total_product(job, tile);
 }
 
-void moit_slices_weigh(const moit_job *job, moit_tile *tile) { answer(job, tile, tile->T); }
+static void slices_weigh(const moit_job *job, moit_tile *tile) { answer(job, tile, tile->T); }
 
-void moit_slices_curve(const moit_job *job, moit_tile *tile) { answer(job, tile, tile->curve); }
+static void slices_curve(const moit_job *job, moit_tile *tile) { answer(job, tile, tile->curve); }
 
 const moit_technique_row moit_slices_row = {
     .name = "slices",
@@ -58,11 +58,11 @@ const moit_technique_row moit_slices_row = {
     .least_count = 2,
     .most_count = 256,
     .fits = moit_slices_fit,
-    .weigh = moit_slices_weigh,
+    .weigh = slices_weigh,
     .pull_back = moit_slices_pull_back,
     .refusal = moit_slices_refusal,
     .total = moit_total_product,
-    .curve = moit_slices_curve,
+    .curve = slices_curve,
     .bounds = moit_slices_bounds,
     .prepare = moit_slices_prepare,
     .release = moit_slices_release,

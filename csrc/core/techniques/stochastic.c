@@ -29,7 +29,7 @@ static size_t table_size(int fragments) {
 
 static size_t aligned(size_t bytes) { return (bytes + 63) / 64 * 64; }
 
-size_t moit_stochastic_scratch(const moit_job *job, int fragments, int pixels) {
+static size_t stochastic_scratch(const moit_job *job, int fragments, int pixels) {
     return 6 * aligned((size_t)fragments * sizeof(uint32_t))
            + aligned(table_size(fragments) * sizeof(counted_key))
            + (size_t)pixels * (size_t)MOIT_SAMPLE_ROW(samples_of(job)) * job->scalar;
@@ -116,14 +116,14 @@ static void set_totals(const moit_job *job, moit_tile *tile, const sampling *s) 
     }
 }
 
-void moit_stochastic_weigh(const moit_job *job, moit_tile *tile) {
+static void stochastic_weigh(const moit_job *job, moit_tile *tile) {
     sampling s = sample_tile(job, tile);
     job->stages->shares_seen(samples_of(job), tile->pixels, tile->offsets, tile->depth, s.nearest,
                              tile->T);
     set_totals(job, tile, &s);
 }
 
-void moit_stochastic_curve(const moit_job *job, moit_tile *tile) {
+static void stochastic_curve(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     sampling s = sample_tile(job, tile);
     int samples = samples_of(job), row = MOIT_SAMPLE_ROW(samples);
@@ -138,7 +138,7 @@ void moit_stochastic_curve(const moit_job *job, moit_tile *tile) {
 }
 
 /* An alpha test: the nearest fragment that passes, the first of equals, is opaque. */
-void moit_hashed_alpha_resolve(const moit_job *job, moit_tile *tile) {
+static void hashed_alpha_resolve(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     sampling s = sample_tile(job, tile);
     set_totals(job, tile, &s);
@@ -164,11 +164,11 @@ const moit_technique_row moit_stochastic_row = {
     .usual_counts = (const int[]){8, 0},
     .least_count = 1,
     .most_count = MOIT_MOST_SAMPLES,
-    .weigh = moit_stochastic_weigh,
+    .weigh = stochastic_weigh,
     .pull_back = moit_stochastic_pull_back,
     .total = moit_total_product,
-    .curve = moit_stochastic_curve,
-    .scratch = moit_stochastic_scratch,
+    .curve = stochastic_curve,
+    .scratch = stochastic_scratch,
     .is_random = true,
     .reconstructs = true,
     .takes_points = true,
@@ -176,10 +176,10 @@ const moit_technique_row moit_stochastic_row = {
 
 const moit_technique_row moit_hashed_alpha_row = {.name = "hashed-alpha",
                                                   OPTIONS(SEED),
-                                                  .weigh = moit_stochastic_weigh,
-                                                  .curve = moit_stochastic_curve,
-                                                  .resolve = moit_hashed_alpha_resolve,
-                                                  .scratch = moit_stochastic_scratch,
+                                                  .weigh = stochastic_weigh,
+                                                  .curve = stochastic_curve,
+                                                  .resolve = hashed_alpha_resolve,
+                                                  .scratch = stochastic_scratch,
                                                   .is_random = true,
                                                   .takes_points = true,
                                                   .arrival = MOIT_TIES_IN_ORDER,
