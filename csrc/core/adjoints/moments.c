@@ -116,6 +116,37 @@ void moit_move_state(const moit_tile *tile, int p, state *s) {
     s->b0 = ((const double *)tile->b0)[p];
 }
 
+/* A tile as rays of lanes read it, what was found kept in `by`. */
+static moit_ray_state rays_of(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
+    const moit_technique *technique = job->technique;
+    return (moit_ray_state){.count = technique->count,
+                            .pixels = tile->pixels,
+                            .offsets = tile->offsets,
+                            .z = tile->z,
+                            .own = technique->moments.exclude_self ? tile->absorbance : NULL,
+                            .rules = tile->rules,
+                            .b0 = tile->b0,
+                            .beta = technique->moments.overestimation,
+                            .kept = by->kept,
+                            .apart = by->apart};
+}
+
+/* All pixels at once, by what `moit_moments_weigh_again` has left; false: one by one. */
+static bool pull_together(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
+    const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(job->technique, job->run->isa);
+    if (!by->kept || job->depths) return false;
+    moit_ray_state rays = rays_of(job, tile, by);
+    moit_ray_pull pull = {.by = by->T,
+                          .a = tile->absorbance,
+                          .by_b0 = tile->sums,
+                          .keeps = 1.0 - job->bias,
+                          .leaves_depths = job->bias < NO_BIAS,
+                          .by_a = by->work[2],
+                          .by_z = by->work[1]};
+    for (int p = 0; p < tile->pixels; ++p) tile->sums[p] = -tile->total[p] * by->total[p];
+    return adjoints->rays.pull(&rays, &pull);
+}
+
 static void pull_one_pass(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
                           bool multiplies) {
     state s = moit_any_state(job);
@@ -192,14 +223,12 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
 }
 
 void moit_moments_weigh_again(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
-    const moit_technique *technique = job->technique;
-    const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(technique, job->run->isa);
+    const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(job->technique, job->run->isa);
     moit_moments_gather(job, tile);
     moit_moments_read_tile(job, tile);
-    adjoints->find_transmittance(technique->count, tile->pixels, tile->offsets, tile->z,
-                                 technique->moments.exclude_self ? tile->absorbance : NULL,
-                                 tile->rules, tile->b0, technique->moments.overestimation,
-                                 tile->absorbed, tile->T, by->kept, by->apart);
+    moit_ray_state rays = rays_of(job, tile, by);
+    adjoints->rays.absorbance(&rays, tile->T);
+    if (!tile->absorbed) job->stages->decay(tile->fragments, tile->T, tile->T);
 }
 
 /* What pixels let through is the sum's exponential, but of Moment Transparency, which multiplies.
@@ -208,7 +237,7 @@ void moit_moments_pull_back(const moit_job *job, moit_tile *tile, const moit_adj
     bool multiplies = moit_technique_rows[job->technique->kind]->total;
     moit_adjoint_begin(job, tile, by);
     if (multiplies && job->technique->transparency.passes == 2) pull_two_passes(job, tile, by);
-    else pull_one_pass(job, tile, by, multiplies);
+    else if (multiplies || !pull_together(job, tile, by)) pull_one_pass(job, tile, by, multiplies);
     moit_adjoint_of_absorbance(job, tile, by);
     if (multiplies) moit_adjoint_of_totals(tile, by, by->total);
     moit_adjoint_of_warp(job, tile, by);

@@ -3,6 +3,7 @@
 #define MOIT_ADJOINTS_MOMENTS_H
 
 #include "core/adjoints/adjoints.h"
+#include "core/adjoints/rays.h"
 
 /* Numbers of the polynomial of one pixel, at most (dual_of_count.h). */
 enum { MOIT_MOST_TERMS = 15 };
@@ -37,11 +38,6 @@ typedef struct moit_moment_adjoints {
     /* From a polynomial's value and slope at each of n surfaces: adds to by_z and by_a. */
     void (*spread)(int n, const moit_spread *from, const double *value, const double *slope,
                    double *by_z, double *by_a);
-    /* As moit_moment_stages.transmittance, and keeps what moit_readings take: MOIT_KEPT columns.
-     * NULL: nothing is kept. */
-    void (*find_transmittance)(int count, int pixels, const int32_t *offsets, const double *z,
-                               const double *own, const double *rules, const double *b0,
-                               double beta, bool absorbed, double *T, double *kept, int64_t apart);
     /* Of n rays with a place each: by_b0, by_z and by_own are filled, and by_b (n, numbers). NULL:
      * there is no such. */
     void (*pull_each)(int count, int n, const double *rules, const double *b0, const double *z,
@@ -54,6 +50,8 @@ typedef struct moit_moment_adjoints {
                           double *y, double *ahead);
     /* What `n` rays from `first` on bound, and slopes, by one loop. NULL: there is no such. */
     void (*bound_rows)(int count, const moit_rows *rows, int64_t first, int n);
+    /* Of many pixels at once; NULL: there are no such. */
+    moit_ray_adjoints rays;
 } moit_moment_adjoints;
 
 extern const moit_moment_adjoints moit_moment_adjoints_base[2], moit_moment_adjoints_avx2[2],

@@ -375,6 +375,12 @@ static moit_status ask_network(const moit_job *job, pulling *how) {
     return status;
 }
 
+static size_t scratch(const moit_job *job, int fragments, int pixels) {
+    size_t twin = moit_twin_scratch(job, fragments, pixels);
+    size_t single = moit_is_single(job) ? moit_single_scratch(fragments, pixels) : 0;
+    return twin > single ? twin : single;
+}
+
 static moit_status ask(const moit_fragments *fragments, const moit_technique *technique,
                        bool cull_opaque, pulling *how, const moit_run *run) {
     moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
@@ -389,7 +395,7 @@ static moit_status ask(const moit_fragments *fragments, const moit_technique *te
         job.technique = &held;
     }
     moit_status status = moit_twin_prepare(&job);
-    job.scratch = moit_twin_scratch;
+    job.scratch = scratch;
     job.depths = how->depths;
     job.depth = how->depth;
     if (status == MOIT_OK)
