@@ -19,6 +19,7 @@ typedef struct moit_adjoint {
     double *curve_z; /* (pixels, depths) by z of the job's depths */
     double *kept;    /* (columns, `apart`) that `weigh_again` has left */
     int64_t apart;
+    const struct moit_block_slopes *blocks; /* where pixels read blocks; else NULL */
 } moit_adjoint;
 
 /* Where a pixel's state is read: at n places z, less the absorbances `own` of what lies there
@@ -93,6 +94,7 @@ void moit_moments_weigh_again(const moit_job *job, moit_tile *tile, const moit_a
 const char *moit_weighted_blended_refusal(const moit_technique *technique);
 const char *moit_front_refusal(const moit_technique *technique);
 const char *moit_moments_refusal(const moit_technique *technique);
+const char *moit_block_moments_refusal(const moit_technique *technique);
 const char *moit_bounded_refusal(const moit_technique *technique);
 const char *moit_series_refusal(const moit_technique *technique);
 const char *moit_slices_refusal(const moit_technique *technique);

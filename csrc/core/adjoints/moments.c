@@ -1,6 +1,7 @@
 /* Backwards through techniques of moments. */
 #include "core/adjoints/moments.h"
 
+#include "core/adjoints/blocks.h"
 #include "core/techniques/moment_transparency.h"
 #include "core/techniques/moments.h"
 #include "core/techniques/table.h"
@@ -28,6 +29,12 @@ const moit_moment_adjoints *moit_moment_adjoints_of(const moit_technique *techni
 const char *moit_moments_refusal(const moit_technique *technique) {
     if (technique->resolution > 1)
         return "pixels that share a block's state have none yet; use resolution=1";
+    return NULL;
+}
+
+const char *moit_block_moments_refusal(const moit_technique *technique) {
+    if (technique->resolution > 1 && technique->depth_aware)
+        return "shares that go by opaque surfaces have none; use upsampling='bilinear'";
     return NULL;
 }
 
@@ -234,9 +241,11 @@ void moit_moments_weigh_again(const moit_job *job, moit_tile *tile, const moit_a
 /* What pixels let through is the sum's exponential, but of Moment Transparency, which multiplies.
  */
 void moit_moments_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
-    bool multiplies = moit_technique_rows[job->technique->kind]->total;
+    bool multiplies = moit_technique_rows[job->technique->kind]->total
+                      || (job->blocks && !job->technique->full_total);
     moit_adjoint_begin(job, tile, by);
-    if (multiplies && job->technique->transparency.passes == 2) pull_two_passes(job, tile, by);
+    if (job->blocks) moit_moments_pull_blocks(job, tile, by);
+    else if (multiplies && job->technique->transparency.passes == 2) pull_two_passes(job, tile, by);
     else if (multiplies || !pull_together(job, tile, by)) pull_one_pass(job, tile, by, multiplies);
     moit_adjoint_of_absorbance(job, tile, by);
     if (multiplies) moit_adjoint_of_totals(tile, by, by->total);

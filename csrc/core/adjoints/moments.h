@@ -90,6 +90,9 @@ void moit_leave_depths(const moit_moment_state *s, const moit_readings *at);
 void moit_give_state(const moit_moment_state *s, const double *S, const moit_shape *shape,
                      double by_b0, double *value, double *slope, double *by_z, double *by_a);
 
+/* The constant of u' S u, and what moit_moments_of_terms has in full. */
+double moit_moments_constant(int nodes, const double *rule, const double *S);
+
 /* By what was read of a state, and by b0. value, slope: as above. */
 void moit_pull_state(const moit_moment_state *s, double by_b0, const moit_readings *at,
                      double *value, double *slope, double *by_z, double *by_a);

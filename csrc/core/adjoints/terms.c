@@ -27,6 +27,19 @@ static void coefficients(int nodes, const double *rule, const double *S, double 
                         by_b[i + j - 1] += (m == k ? 1.0 : 2.0) * S[t] * u[k][i] * u[m][j];
 }
 
+double moit_moments_constant(int nodes, const double *rule, const double *S) {
+    double sum = 0.0, at_zero[MOST_NODES + 1];
+    for (int k = 0; k <= nodes; ++k) {
+        at_zero[k] = 1.0;
+        for (int i = 0; i < nodes; ++i)
+            if (i != k - 1) at_zero[k] *= -rule[i];
+    }
+    for (int k = 0, t = 0; k <= nodes; ++k)
+        for (int m = k; m <= nodes; ++m, ++t)
+            sum += (m == k ? 1.0 : 2.0) * S[t] * at_zero[k] * at_zero[m];
+    return sum;
+}
+
 /* The same of the trigonometric polynomial, by real and imaginary parts: from its values at 2 nodes
  * + 1 points all around the circle, but for the middle of the zone. */
 static void harmonics(const moit_moment_adjoints *adjoints, const moit_wrapping_zone *zone,
