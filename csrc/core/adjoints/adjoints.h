@@ -90,6 +90,11 @@ moit_pull_back moit_sorted_pull_back, moit_alpha_blend_pull_back, moit_weighted_
 /* As the technique's `weigh`, and keeps what its `pull_back` takes. */
 void moit_moments_weigh_again(const moit_job *job, moit_tile *tile, const moit_adjoint *by);
 
+/* Of slices within what moments prove: takes out of by->T what is kept at a bound, into
+ * tile->bounds (lower, upper); and pulls that back, with z of the tile as slices have it. */
+void moit_slices_take_bounded(const moit_job *job, const moit_tile *tile, const moit_adjoint *by);
+void moit_slices_pull_bounds(const moit_job *job, moit_tile *tile, const moit_adjoint *by);
+
 /* Why a technique has no derivatives; NULL: it has. */
 const char *moit_weighted_blended_refusal(const moit_technique *technique);
 const char *moit_front_refusal(const moit_technique *technique);
