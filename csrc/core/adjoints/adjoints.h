@@ -10,7 +10,7 @@
 typedef struct moit_adjoint {
     /* is given, and may be written over: (fragments), or where the job has some (pixels, depths) */
     double *T;
-    double *total;             /* (pixels) is given */
+    double *total;             /* (pixels) is given, and may be written over */
     const double *depth_given; /* (fragments), which `weigh` may have made others of */
     /* added to: by alpha as the tile has it, by depth, by emission, and (3) by color */
     double *alpha, *depth, *emission, *color;
@@ -41,6 +41,9 @@ void moit_adjoint_begin(const moit_job *job, const moit_tile *tile, const moit_a
 /* Pixel p's: at its fragments, or at the job's depths. */
 moit_readings moit_readings_of(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
                                int p, bool excludes);
+
+/* 1 - total of a total exp(-b0), to its last digits where that is next to 1, too. */
+double moit_covered_by(double b0, double total);
 
 /* Of an absorbance by alpha, which counts at `most` or up to it. */
 double moit_absorbance_slope(const moit_technique *technique, double most, double alpha);

@@ -1,4 +1,5 @@
 /* Backwards through techniques of moments. */
+#include "core/elementary.h"
 #include "core/adjoints/moments.h"
 
 #include "core/adjoints/blocks.h"
@@ -138,19 +139,18 @@ static moit_ray_state rays_of(const moit_job *job, const moit_tile *tile, const 
                             .apart = by->apart};
 }
 
-/* All pixels at once, by what `moit_moments_weigh_again` has left; false: one by one. */
+/* All pixels at once, with b0's derivatives in by->total, by what `moit_moments_weigh_again` has left; false: one by one. */
 static bool pull_together(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
     const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(job->technique, job->run->isa);
     if (!by->kept || job->depths) return false;
     moit_ray_state rays = rays_of(job, tile, by);
     moit_ray_pull pull = {.by = by->T,
                           .a = tile->absorbance,
-                          .by_b0 = tile->sums,
+                          .by_b0 = by->total,
                           .keeps = 1.0 - job->bias,
                           .leaves_depths = job->bias < NO_BIAS,
                           .by_a = by->work[2],
                           .by_z = by->work[1]};
-    for (int p = 0; p < tile->pixels; ++p) tile->sums[p] = -tile->total[p] * by->total[p];
     return adjoints->rays.pull(&rays, &pull);
 }
 
@@ -162,7 +162,7 @@ static void pull_one_pass(const moit_job *job, const moit_tile *tile, const moit
         moit_move_state(tile, p, &s);
         moit_readings at = moit_readings_of(job, tile, by, p, job->technique->moments.exclude_self);
         if (by->kept && !job->depths) at.kept = by->kept + first, at.apart = by->apart;
-        double by_b0 = multiplies ? 0.0 : -tile->total[p] * by->total[p];
+        double by_b0 = multiplies ? 0.0 : by->total[p];
         moit_pull_state(&s, by_b0, &at, tile->points[0] + first, tile->points[1] + first,
                         by->work[1] + first, by->work[2] + first);
     }
@@ -172,15 +172,15 @@ static void pull_one_pass(const moit_job *job, const moit_tile *tile, const moit
  * both. */
 static void pull_ratio(int n, const double *T, double *by, double b0, double second_b0,
                        double by_b0[2]) {
-    double covers = -expm1(-second_b0), by_ratio = 0.0;
-    double under = fmax(covers, 1e-4), ratio = -expm1(-b0) / under;
+    double covers = -moit_expm1(-second_b0), by_ratio = 0.0;
+    double under = fmax(covers, 1e-4), ratio = -moit_expm1(-b0) / under;
     for (int i = 0; i < n; ++i) {
         bool seen = ratio > 0.0 && 1.0 - T[i] < ratio;
         by_ratio -= seen ? by[i] * (1.0 - T[i]) / ratio : 0.0;
         by[i] = seen ? -by[i] * (ratio - (1.0 - T[i])) : 0.0;
     }
-    by_b0[0] = by_ratio * exp(-b0) / under;
-    by_b0[1] = covers >= under ? -by_ratio * ratio * exp(-second_b0) / under : 0.0;
+    by_b0[0] = by_ratio * moit_exp(-b0) / under;
+    by_b0[1] = covers >= under ? -by_ratio * ratio * moit_exp(-second_b0) / under : 0.0;
 }
 
 /* The second pass is of what the first lets through, a T; `weigh` has left a, T and their product
@@ -244,6 +244,8 @@ void moit_moments_pull_back(const moit_job *job, moit_tile *tile, const moit_adj
     bool multiplies = moit_technique_rows[job->technique->kind]->total
                       || (job->blocks && !job->technique->full_total);
     moit_adjoint_begin(job, tile, by);
+    for (int p = 0; !multiplies && !job->blocks && p < tile->pixels; ++p)
+        by->total[p] *= -tile->total[p]; /* by b0 from here on */
     if (job->blocks) moit_moments_pull_blocks(job, tile, by);
     else if (multiplies && job->technique->transparency.passes == 2) pull_two_passes(job, tile, by);
     else if (multiplies || !pull_together(job, tile, by)) pull_one_pass(job, tile, by, multiplies);

@@ -46,7 +46,8 @@ static bool opaque_at(const moit_tile *tile, int p) { return tile->opaque && til
 static double covered(const moit_twin *t, int p) {
     bool of_sums = row_of(t->job.technique)->absorbs && !row_of(t->job.technique)->total
                    && (!t->job.blocks || t->job.technique->full_total);
-    return of_sums ? -expm1(-t->tile.double_b0[p]) : 1.0 - t->tile.total[p];
+    return of_sums ? moit_covered_by(t->tile.double_b0[p], t->tile.total[p])
+                   : 1.0 - t->tile.total[p];
 }
 
 /* Asks the technique of opacities, and pulls back what `by` holds of T and the total. */

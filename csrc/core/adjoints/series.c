@@ -1,6 +1,7 @@
 /* Backwards through series of depth: Fourier opacity maps, wavelets, transmittance function maps.
  * What they compute: kernels/fourier_opacity.h, haar_wavelet.h and transmittance_function.h. Where
  * an answer is clamped it has the derivative of what it is clamped to. */
+#include "core/elementary.h"
 #include "core/adjoints/blocks.h"
 #include "core/techniques/table.h"
 
@@ -25,7 +26,7 @@ typedef struct {
 } waves;
 
 static void find_waves(int harmonics, double turns, waves *w) {
-    double c = cos(2.0 * PI * turns), s = sin(2.0 * PI * turns), re = 1.0, im = 0.0;
+    double c = moit_cos(2.0 * PI * turns), s = moit_sin(2.0 * PI * turns), re = 1.0, im = 0.0;
     for (int k = 0; k < harmonics; ++k) {
         double next = re * c - im * s;
         im = re * s + im * c;

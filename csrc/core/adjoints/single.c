@@ -128,11 +128,6 @@ static void gather(const moit_job *job, moit_tile *tile, const room *r) {
     precise->decay(tile->pixels, tile->double_b0, tile->total);
 }
 
-/* 1 - exp(-b0), which is `total`, to its last digits where that is next to 1, too. */
-static double covered(double b0, double total) {
-    return b0 < 1e-3 ? -moit_expm1(-b0) : 1.0 - total;
-}
-
 /* Of each pixel, by its sums and by the total b0; color_by: by what is behind. */
 static void pull_pixels(const moit_job *job, const moit_tile *tile, const moit_single_asked *asked,
                         const room *r) {
@@ -142,24 +137,24 @@ static void pull_pixels(const moit_job *job, const moit_tile *tile, const moit_s
         const float *seed = asked->seed + 4 * pixel;
         const double *sum = r->sums + 4 * p, *behind = asked->background;
         double *by_sum = r->by_sums + 4 * p, total = tile->total[p], by_total = 0.0, scale = 1.0;
+        double inverse = 0.0, by_scale = 0.0;
         bool hides = tile->opaque && tile->opaque[p] >= 0;
         bool scales = job->technique->normalize && sum[3] > 0.0;
         int64_t last = hides ? tile->first_fragment + tile->opaque[p] : 0;
         if (asked->per_pixel) behind += 3 * pixel;
-        if (scales) scale = covered(tile->double_b0[p], total) / sum[3];
-        by_sum[3] = 0.0;
+        if (scales) inverse = 1.0 / sum[3];
+        if (scales) scale = moit_covered_by(tile->double_b0[p], total) * inverse;
         for (int c = 0; c < 3; ++c) {
             double g = (double)seed[c], shown = hides ? (double)color[3 * last + c] : behind[c];
             double by_behind = g * total;
             by_sum[c] = g * scale;
             by_total += g * shown;
-            if (scales) {
-                by_sum[3] -= g * sum[c] * scale / sum[3];
-                by_total -= g * sum[c] / sum[3];
-            }
+            by_scale += g * sum[c];
             if (asked->out->background)
                 asked->out->background[3 * pixel + c] = hides ? 0.0 : by_behind;
         }
+        by_sum[3] = -by_scale * scale * inverse;
+        by_total -= by_scale * inverse;
         /* an opaque surface hides all light: alpha is 1 whatever is in front of it */
         if (!hides) by_total -= (double)seed[3];
         r->by_b0[p] = -total * by_total;
@@ -230,38 +225,47 @@ static void pull_fragments(const moit_job *job, const moit_tile *tile,
     }
 }
 
-/* Of hard pixels; how many these are. */
-static int gather_hard(const moit_tile *tile, const room *r, int rule_size) {
+/* Pixel p behind the first `pixels` hard ones; how many these are then. */
+static int add_hard(const moit_tile *tile, const room *r, int rule_size, int p, int pixels) {
     const hard_pixels *hard = &r->hard;
-    int pixels = 0, n = 0;
-    for (int p = 0; p < tile->pixels; ++p) {
-        int first = tile->offsets[p], end = tile->offsets[p + 1];
-        if (first == end || !r->is_hard[p]) continue;
-        hard->pixel[pixels] = p;
-        hard->offsets[pixels] = n;
-        hard->b0[pixels] = tile->double_b0[p];
-        hard->by_b0[pixels] = r->by_b0[p];
-        memcpy(hard->rules + pixels * rule_size, tile->rules + p * rule_size,
-               (size_t)rule_size * sizeof *hard->rules);
-        for (int i = first; i < end; ++i, ++n) {
-            hard->z[n] = r->z[i];
-            hard->a[n] = r->a[i];
-            hard->by[n] = (double)r->by_A[i];
-        }
-        ++pixels;
+    int n = hard->offsets[pixels];
+    hard->pixel[pixels] = p;
+    hard->b0[pixels] = tile->double_b0[p];
+    hard->by_b0[pixels] = r->by_b0[p];
+    memcpy(hard->rules + pixels * rule_size, tile->rules + p * rule_size,
+           (size_t)rule_size * sizeof *hard->rules);
+    for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i, ++n) {
+        hard->z[n] = r->z[i];
+        hard->a[n] = r->a[i];
+        hard->by[n] = (double)r->by_A[i];
     }
-    hard->offsets[pixels] = n;
-    for (int i = 0; i < MOIT_PADDING; ++i) hard->z[n + i] = hard->a[n + i] = hard->by[n + i] = 0.0;
+    hard->offsets[pixels + 1] = n;
+    return pixels + 1;
+}
+
+/* How many hard pixels there are. alone_stay: a lone fragment of a pixel is seen as much as it
+ * covers, wherever it lies. */
+static int gather_hard(const moit_tile *tile, const room *r, int rule_size, bool alone_stay) {
+    const hard_pixels *hard = &r->hard;
+    int pixels = 0;
+    hard->offsets[0] = 0;
+    for (int p = 0; p < tile->pixels; ++p) {
+        int first = tile->offsets[p], n = tile->offsets[p + 1] - first;
+        if (alone_stay && n == 1) r->by_z[first] = 0.0f;
+        else if (n && r->is_hard[p]) pixels = add_hard(tile, r, rule_size, p, pixels);
+    }
+    int end = hard->offsets[pixels];
+    for (int i = end; i < end + MOIT_PADDING; ++i) hard->z[i] = hard->a[i] = hard->by[i] = 0.0;
     return pixels;
 }
 
 /* Pixels in double, from what is absorbed in front of their fragments on: in place of what floats
  * have said. */
-static void pull_hard(const moit_job *job, const moit_tile *tile, const room *r) {
+static void pull_hard(const moit_job *job, const moit_tile *tile, const room *r, bool alone_stay) {
     const moit_technique *technique = job->technique;
     const hard_pixels *hard = &r->hard;
     int rule_size = moit_family_of(technique)->rule_size(technique->count);
-    int pixels = gather_hard(tile, r, rule_size);
+    int pixels = gather_hard(tile, r, rule_size, alone_stay);
     if (!pixels) return;
     const moit_ray_adjoints *rays = &moit_moment_adjoints_of(technique, job->run->isa)->rays;
     moit_ray_state state = {.count = technique->count,
@@ -335,7 +339,7 @@ bool moit_single_backwards(const moit_job *job, moit_tile *tile, const moit_sing
                           .by_z = r.by_z,
                           .is_hard = r.is_hard};
     if (!adjoints->rays.pull(&state, &pull)) return false;
-    pull_hard(job, tile, &r);
+    pull_hard(job, tile, &r, asked->background && technique->normalize);
     moit_single_slopes slopes = {.n = tile->fragments,
                                  .most = job->max_alpha,
                                  .warp = &job->warp,

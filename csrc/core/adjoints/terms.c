@@ -1,5 +1,6 @@
 /* From polynomials as adjoints keep them, in products of distances from a rule's nodes, to
  * derivatives by the moments themselves. */
+#include "core/elementary.h"
 #include "core/adjoints/moments.h"
 
 #include <math.h>
@@ -56,8 +57,8 @@ static void harmonics(const moit_moment_adjoints *adjoints, const moit_wrapping_
     adjoints->read_polynomial(nodes, zone, points, rule, S, z, value, slope);
     for (int k = 1; k <= nodes; ++k)
         for (int j = 0; j < points; ++j) {
-            by_b[2 * k - 2] += 2.0 / points * value[j] * cos(k * angle[j]);
-            by_b[2 * k - 1] += 2.0 / points * value[j] * sin(k * angle[j]);
+            by_b[2 * k - 2] += 2.0 / points * value[j] * moit_cos(k * angle[j]);
+            by_b[2 * k - 1] += 2.0 / points * value[j] * moit_sin(k * angle[j]);
         }
 }
 
