@@ -1,6 +1,6 @@
 """Derivatives through states of blocks of pixels, against differences of the whole image in 60
-digits: what a pixel reads is the state of a ray that has all fragments of the blocks around it, each
-of as much absorbance as its block's share."""
+digits: what a pixel reads is the state of a ray that has all fragments of the blocks around it,
+each of as much absorbance as its block's share."""
 
 import numpy as np
 import pytest

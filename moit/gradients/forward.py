@@ -117,8 +117,8 @@ def _of_own_pixels(f: Input, technique: str | Technique) -> Fragments:
     """Fragments, of a technique whose pixels hang on their own."""
     if not technique_named(technique).local:
         raise ValueError(
-            f"technique: pixels of {technique} hang on their neighbours' fragments, so that motions "
-            "are not told by four pullbacks; use resolution=1"
+            f"technique: pixels of {technique} hang on their neighbours' fragments, so four "
+            "pullbacks do not tell how they move; use resolution=1"
         )
     return as_fragments(f)
 

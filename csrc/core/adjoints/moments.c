@@ -82,7 +82,9 @@ void moit_leave_depths(const moit_moment_state *s, const moit_readings *at) {
 
 void moit_give_state(const moit_moment_state *s, const double *S, const moit_shape *shape,
                      double by_b0, double *value, double *slope, double *by_z, double *by_a) {
-    moit_spread from = {.a = s->a, .b0 = s->b0, .by_b0 = by_b0, .keeps = 1.0 - s->bias};
+    double mass = s->holds ? 0.0 : s->b0;
+    for (int i = 0; s->holds && i < s->n; ++i) mass += s->a[i];
+    moit_spread from = {.a = s->a, .b0 = mass, .by_b0 = by_b0, .keeps = 1.0 - s->bias};
     s->adjoints->read_polynomial(s->count, &s->zone, s->n, s->rule, S, s->z, value, slope);
     if (is_determined(s)) memset(slope, 0, (size_t)s->n * sizeof *slope);
     if (shape) add_shape(shape, s->n, s->z, value, slope);
@@ -103,6 +105,12 @@ void moit_pull_state(const state *s, double by_b0, const moit_readings *at, doub
     for (int i = 0; i < s->n; ++i) by_a[i] += by_b0;
 }
 
+static bool holds_fewer_bits(const moit_technique *technique) {
+    return moit_stores_words(technique) || moit_stores_halves(technique)
+           || (technique->kind == MOIT_MOMENT_TRANSPARENCY
+               && technique->transparency.storage != MOIT_STORAGE_FLOAT);
+}
+
 state moit_any_state(const moit_job *job) {
     const moit_moment_family *family = moit_family_of(job->technique);
     return (state){.adjoints = moit_moment_adjoints_of(job->technique, job->run->isa),
@@ -112,6 +120,7 @@ state moit_any_state(const moit_job *job) {
                    .family = family->stages,
                    .rule_size = family->rule_size(job->technique->count),
                    .bias = job->bias,
+                   .holds = holds_fewer_bits(job->technique),
                    .beta = job->technique->moments.overestimation};
 }
 
@@ -139,10 +148,11 @@ static moit_ray_state rays_of(const moit_job *job, const moit_tile *tile, const 
                             .apart = by->apart};
 }
 
-/* All pixels at once, with b0's derivatives in by->total, by what `moit_moments_weigh_again` has left; false: one by one. */
+/* All pixels at once, by what `moit_moments_weigh_again` has left, with b0's derivatives in
+ * by->total; false: one by one. */
 static bool pull_together(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
     const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(job->technique, job->run->isa);
-    if (!by->kept || job->depths) return false;
+    if (!by->kept || job->depths || holds_fewer_bits(job->technique)) return false;
     moit_ray_state rays = rays_of(job, tile, by);
     moit_ray_pull pull = {.by = by->T,
                           .a = tile->absorbance,
@@ -157,9 +167,12 @@ static bool pull_together(const moit_job *job, const moit_tile *tile, const moit
 static void pull_one_pass(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
                           bool multiplies) {
     state s = moit_any_state(job);
+    const double *b0 = tile->b0;
+    if (job->technique->kind == MOIT_MOMENT_TRANSPARENCY) b0 = moit_mt_kept_of(job, tile, 0).b0;
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p];
         moit_move_state(tile, p, &s);
+        s.b0 = b0[p];
         moit_readings at = moit_readings_of(job, tile, by, p, job->technique->moments.exclude_self);
         if (by->kept && !job->depths) at.kept = by->kept + first, at.apart = by->apart;
         double by_b0 = multiplies ? 0.0 : by->total[p];
@@ -192,24 +205,25 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
     double *by_seen = by->work[0], *by_z = by->work[1], *by_a = by->work[2], by_b0[2];
     const double *a = tile->points[2], *seen = tile->bounds[1];
     const double *answer = job->depths ? tile->curve : tile->T;
+    moit_mt_kept first_pass = moit_mt_kept_of(job, tile, 0);
+    const double *first_b0 = first_pass.b0, *second_b0 = moit_mt_kept_of(job, tile, 1).b0;
     memset(by_seen, 0, (size_t)tile->fragments * sizeof *by_seen);
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p], place = job->depths ? tile->curve_offsets[p] : first;
         moit_readings at = moit_readings_of(job, tile, by, p, excludes);
         moit_move_state(tile, p, &second);
-        second.b0 = tile->double_b0[p];
+        second.b0 = second_b0[p];
         second.a = seen + first;
         if (at.own) at.own = seen + first;
         at.by_own = by_seen + first;
-        pull_ratio(at.n, answer + place, by->T + place, ((const double *)tile->b0)[p], second.b0,
-                   by_b0);
+        pull_ratio(at.n, answer + place, by->T + place, first_b0[p], second.b0, by_b0);
         moit_pull_state(&second, by_b0[1], &at, value + first, slope + first, by_z + first,
                         by_seen + first);
         tile->sums[p] = by_b0[0];
     }
     moit_mt_reader reader = {job->stages, job->precise, job->fragments->precision, job->technique,
                              job->bias};
-    moit_mt_read(&reader, tile->pixels, tile->b, tile->double_b, tile->rules);
+    moit_mt_read(&reader, tile->pixels, first_pass.b, tile->double_b, tile->rules);
     for (int i = 0; i < tile->fragments; ++i) {
         by_a[i] += T[i] * by_seen[i];
         T[i] *= -a[i] * by_seen[i]; /* by what the first pass absorbs */
@@ -217,6 +231,7 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p];
         moit_move_state(tile, p, &once);
+        once.b0 = first_b0[p];
         once.a = a + first;
         moit_readings at = {.n = once.n,
                             .z = once.z,

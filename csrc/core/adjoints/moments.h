@@ -65,6 +65,7 @@ typedef struct moit_moment_state {
     int count, n, nodes, rule_size;
     const double *rule, *a, *z;
     double b0, bias, beta;
+    bool holds; /* fewer bits than moments have: fragments move these as exact sums do */
     int surfaces;
     int family;                  /* its place in moit_stages.moments */
     const double *safe, *biased; /* moments that bias mixes in, and those with it */
