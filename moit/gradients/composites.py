@@ -91,6 +91,7 @@ def composite(
     - Which fragments are kept or come first, and what rounding adds to steps of slices, stays.
     - "stochastic" gives what its samples estimate: by transmittances and, with normalize=False, by
       pictures, derivatives that are on average those of "sorted".
+    - Slices at a bound of moments (`inside`) are on its side.
     - What state holds in 16 bits, or keys of front layers in 32, moves as if these held all digits
       (straight-through).
 

@@ -12,6 +12,9 @@ FN quad sums_of_four(const quad *x) {
            + (quad){front[2], front[3], back[2], back[3]};
 }
 
+/* Room of a block's rows: sums read eight places of each ray. */
+enum { BLOCK_ROOM = BLOCK_POINTS + 2 * LANES + 8 };
+
 /* Numbers of a row from x on, of which those beyond the first `left` are 0, whatever memory holds. */
 FN quad some_of_row(const SCALAR *x, int left) {
     quad_truth there = (quad_truth){0, 1, 2, 3} < left;

@@ -37,9 +37,9 @@ static void NAMED(absorbance)(const moit_ray_state *o, SCALAR *A) {
 
 /* A block's numbers: S, by b0, by z and by own absorbances of fragments; and polynomials. */
 STRUCT(NAMED(block_numbers)) {
-    SCALAR of[TERMS + 1][BLOCK_POINTS + 2 * LANES];
-    SCALAR by_z[BLOCK_POINTS + 2 * LANES], by_own[BLOCK_POINTS + 2 * LANES];
-    SCALAR value[BLOCK_POINTS + 2 * LANES], slope[BLOCK_POINTS + 2 * LANES];
+    SCALAR of[TERMS + 1][BLOCK_ROOM];
+    SCALAR by_z[BLOCK_ROOM], by_own[BLOCK_ROOM];
+    SCALAR value[BLOCK_ROOM], slope[BLOCK_ROOM];
 };
 
 /* What a block's fragments give. */
@@ -84,7 +84,7 @@ FN void NAMED(read_polynomials)(const moit_ray_state *o, const ray_block *block,
 /* Rays of a block, each of which fits in it. */
 static void NAMED(pull_block)(const moit_ray_state *o, const moit_ray_pull *by,
                               const ray_block *block) {
-    enum { APART = BLOCK_POINTS + 2 * LANES, SUMS = TERMS + 1 };
+    enum { APART = BLOCK_ROOM, SUMS = TERMS + 1 };
     const int32_t *offsets = o->offsets;
     SCALAR row[3 * NODES + 2][BLOCK_ROW] = {{0}}, S[TERMS][BLOCK_ROW] = {{0}};
     SCALAR all[BLOCK_ROW] = {0}, each[BLOCK_ROW] = {0};
