@@ -130,3 +130,15 @@ def no_two_seconds_alike(monkeypatch):
     readings = (n * n for n in itertools.count())
     clock = SimpleNamespace(perf_counter=lambda: float(next(readings)))
     monkeypatch.setattr("moit.comparing.measurement.time", clock)
+
+
+@pytest.fixture
+def trees_and_rocks(tmp_path, monkeypatch):
+    """A folder of its own for what commands write, with two files to read."""
+    from small import some_fragments
+
+    import moit
+
+    monkeypatch.chdir(tmp_path)
+    moit.save("trees.npz", some_fragments())
+    moit.save("rocks.npz", some_fragments(seed=5))

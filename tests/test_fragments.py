@@ -4,6 +4,7 @@ import array
 import copy
 import os
 import pickle
+import re
 import sys
 
 import hypothesis.extra.numpy as hnp
@@ -504,6 +505,16 @@ def test_notebooks_show_a_small_page(shape, kind):
     assert "<svg" in page
     assert "data:image/png;base64," in page
     assert ("exact composite" in page) == (kind == "color")
+
+
+@pytest.mark.parametrize("most", [0, 39, 40, 41, 400])
+def test_bars_of_counts_are_no_more_than_have_room_and_end_with_the_most(most):
+    counts = np.array([0, 0, most])
+    f = moit.Fragments(np.cumsum([0, *counts]), np.ones(most), np.full(most, 0.5))
+    said = re.findall(r"<title>(\d+)(?: to (\d+))? fragments: (\d) pixels", f._repr_html_())
+    assert len(said) == min(most + 1, -(-(most + 1) // -(-(most + 1) // 40))) <= 40
+    assert int(said[0][0]) == 0 and int(said[-1][1] or said[-1][0]) == most
+    assert int(said[0][2]) == (3 if most == 0 else 2) and sum(int(one[2]) for one in said) == 3
 
 
 def test_notebooks_show_fragments_without_pixels():
