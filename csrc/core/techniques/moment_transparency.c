@@ -67,6 +67,13 @@ static const void *read_pass(const moit_job *job, moit_tile *tile, int pass) {
     return b0;
 }
 
+moit_mt_kept moit_mt_kept_of(const moit_job *job, const moit_tile *tile, int pass) {
+    own o = room_of(job, tile);
+    if (job->technique->transparency.storage != MOIT_STORAGE_FLOAT && !job->blocks)
+        return (moit_mt_kept){o.held_b0[pass], o.held_b[pass]};
+    return pass ? (moit_mt_kept){o.second_b0, o.second_b} : (moit_mt_kept){tile->b0, tile->b};
+}
+
 static void sum_in_double(const moit_job *job, const moit_tile *tile, const double *a,
                           const double *z) {
     const moit_stages *stages = job->precise;
