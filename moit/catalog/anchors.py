@@ -71,7 +71,6 @@ class Anchors(WarpedDepth):
     key_bits: int = dataclasses.field(default=32, kw_only=True)
 
     kind: ClassVar[str] = "anchors"
-    uses_atomics: ClassVar[bool] = True  # keys are found, and cells summed, without any order
     counted: ClassVar[str] = "kept"
     usual: ClassVar[int] = 4
     listed: ClassVar[Listed] = ({"kept": 4},)
@@ -156,7 +155,6 @@ class Strong(WarpedDepth):
     key_bits: int = dataclasses.field(default=32, kw_only=True)
 
     kind: ClassVar[str] = "strong"
-    uses_atomics: ClassVar[bool] = True  # keys are found without any order
     counted: ClassVar[str] = "kept"
     usual: ClassVar[int] = 5
     listed: ClassVar[Listed] = ({"kept": 5},)

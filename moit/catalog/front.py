@@ -76,7 +76,6 @@ class FrontLayers(Technique):
     usual: ClassVar[int] = 2
     listed: ClassVar[Listed] = ({"layers": 2},)
     family: ClassVar[str] = "strongest"
-    uses_atomics: ClassVar[bool] = True  # the nearest are found without any order
     source: ClassVar[str] = "ours"
 
     def __post_init__(self) -> None:

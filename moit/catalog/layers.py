@@ -154,7 +154,10 @@ class HybridTransparency(Renormalised, _Layers):
     family: ClassVar[str] = "layers"
     source: ClassVar[str] = "Maule et al. 2013"
     papers: ClassVar[tuple[str, ...]] = ("maule2013",)
-    uses_atomics: ClassVar[bool] = True  # the core is found without any order
+
+    @property
+    def uses_atomics(self) -> bool:
+        return True  # the core is found without any order
 
     @property
     def bits_per_pixel(self) -> float | None:

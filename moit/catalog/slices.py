@@ -98,7 +98,6 @@ class AdaptiveVoxels(WarpedDepth):
 
     kind: ClassVar[str] = "avboit"
     family: ClassVar[str] = "curves, series"
-    uses_atomics: ClassVar[bool] = True
     source: ClassVar[str] = "Drobot 2025"
     papers: ClassVar[tuple[str, ...]] = ("drobot2025",)
 
@@ -213,7 +212,6 @@ class Slices(WarpedDepth):
     inside: str | None = dataclasses.field(default=None, kw_only=True)
 
     kind: ClassVar[str] = "slices"
-    uses_atomics: ClassVar[bool] = True
     counted: ClassVar[str] = "count"
     usual: ClassVar[int] = 64
     family: ClassVar[str] = "curves, series"

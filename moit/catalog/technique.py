@@ -114,7 +114,6 @@ class Technique:
     has_gradient: ClassVar[bool]
     thick: ClassVar[str]
     sorts: ClassVar[bool] = False
-    uses_atomics: ClassVar[bool] = False
     source: ClassVar[str] = ""
     papers: ClassVar[tuple[str, ...]] = ()  # keys of catalog.papers, whatever the options
     remark: ClassVar[str] = ""  # what every row about it notes
@@ -183,6 +182,12 @@ class Technique:
     @property
     def needs_order(self) -> bool:
         return any(target.blend == "ordered" for target in self.targets)
+
+    @property
+    def uses_atomics(self) -> bool:
+        """Whether fragments change words of a pixel by atomics on integers."""
+        found = self.shipped_to()
+        return bool(found and found.words)
 
     @property
     def access(self) -> str:
