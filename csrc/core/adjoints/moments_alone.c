@@ -4,11 +4,11 @@
 #include "core/elementary.h"
 #include "core/adjoints/moments.h"
 #include "core/adjoints/wide_bounds.h"
+#include "core/system.h"
 #include "core/techniques/table.h"
 #include "core/threads.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 const char *moit_moments_gradient_refusal(const moit_technique *technique) {
@@ -72,10 +72,10 @@ static size_t lay_out(size_t points, size_t pixels, char *memory, block *o) {
     };
     for (size_t i = 0; i < sizeof parts / sizeof *parts; ++i) {
         *parts[i].start = memory ? (double *)(void *)(memory + used) : NULL;
-        used += (parts[i].count * sizeof(double) + 63) / 64 * 64;
+        used += moit_aligned_size(parts[i].count * sizeof(double));
     }
     o->offsets = memory ? (int32_t *)(void *)(memory + used) : NULL;
-    return used + ((pixels + 1) * sizeof(int32_t) + 63) / 64 * 64;
+    return used + moit_aligned_size((pixels + 1) * sizeof(int32_t));
 }
 
 static void widen(moit_precision precision, const void *from, int64_t first, int n, double *to) {
@@ -235,10 +235,10 @@ static moit_status pull(pulling *job, const moit_run *run) {
                         (size_t)job->block_pixels, NULL, &none);
     int64_t blocks = (job->pixels + job->block_pixels - 1) / job->block_pixels;
     int64_t threads = run->threads < blocks ? run->threads : blocks;
-    job->memory = aligned_alloc(64, job->part * (size_t)threads);
+    job->memory = moit_aligned_memory(job->part * (size_t)threads);
     if (!job->memory) return MOIT_NO_MEMORY;
     moit_status status = moit_parallel_for(run, blocks, pull_block, job);
-    free(job->memory);
+    moit_free_aligned(job->memory);
     return status;
 }
 

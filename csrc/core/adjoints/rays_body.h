@@ -5,15 +5,15 @@
 /* Room of a block's rows: sums read eight places of each ray. */
 enum { BLOCK_ROOM = BLOCK_POINTS + 2 * LANES + 8 };
 
-/* Numbers of a row from x on, of which those beyond the first `left` are 0, whatever memory holds. */
+/* Numbers of a row from x on; those beyond the first `left` are 0, whatever memory holds. */
 FN quad some_of_row(const SCALAR *x, int left) {
     quad_truth there = (quad_truth){0, 1, 2, 3} < left;
     return (quad)((quad_truth)load_quad(x) & there);
 }
 
-/* The sum of n numbers of a row, or with y of their products, as four sums of every fourth: the same
- * bits whatever lanes there are. Eight are always read, as processors guess a branch wrong that
- * depends on how many there are. */
+/* The sum of n numbers of a row, or with y of their products, as four sums of every fourth: the
+ * same bits whatever lanes there are. Eight are always read, as processors guess a branch wrong
+ * that depends on how many there are. */
 FN quad sum_of_row(const SCALAR *x, const SCALAR *y, int n) {
     quad sum = some_of_row(x, n), more = some_of_row(x + 4, n - 4);
     if (y) sum *= some_of_row(y, n), more *= some_of_row(y + 4, n - 4);

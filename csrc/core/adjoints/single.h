@@ -59,8 +59,8 @@ bool moit_is_single(const moit_job *job);
 /* Bytes of room for a tile of so many padded fragments and pixels. */
 size_t moit_single_scratch(int fragments, int pixels);
 
-/* Answers a tile, in its own room, where there are so many bytes; false: some number was too large for floats,
- * and nothing has been answered. */
+/* Answers a tile, in its own room, where there are so many bytes; false: some number was too large
+ * for floats, and nothing has been answered. */
 bool moit_single_backwards(const moit_job *job, moit_tile *tile, const moit_single_asked *asked);
 
 #endif
