@@ -16,6 +16,7 @@ from hypothesis import given, settings
 import moit
 from moit import _core
 from moit.fragments.ranges import default_range
+from moit.fragments.squares import squares_of
 
 
 def random_fragments(seed=0, shape=(5, 7), most=6, dtype=np.float32, **options):
@@ -703,6 +704,23 @@ def test_records_are_what_their_fields_say(fields):
             np.testing.assert_array_equal(getattr(f, name), getattr(expected, name))
 
 
+@pytest.mark.parametrize("name", ["transmission", "back", "emission", "deviation"])
+def test_records_have_what_else_fragments_have(name):
+    shape = () if name in ("back", "deviation") else (3,)
+    fields = [("pixel", "u2"), ("z", "f4"), ("a", "f4"), ("rgb", "f4", 3), (name, "f4", shape)]
+    records = np.zeros(2, fields)
+    records["z"], records["a"], records[name] = 1.0, 0.5, (2.0 if name == "back" else 0.25)
+    f = moit.Fragments.from_records(records, shape=(1, 1))
+    assert (getattr(f, name) == records[name]).all()
+
+
+def test_squares_of_an_image_begin_at_multiples_in_its_display():
+    found = squares_of(random_fragments(origin=(7, -8)), 5)
+    assert (found.top, found.left) == (2, 2)
+    found = squares_of(random_fragments(origin=(3, 4)), 8)
+    assert (found.top, found.left) == (3, 4)
+
+
 def test_sixteen_bytes_are_a_record_without_being_told():
     records = np.zeros(5, RECORDS["x, y, rgba"])
     records["x"], records["depth"], records["rgba"] = np.arange(5), 1 + np.arange(5), 0.5
@@ -735,6 +753,11 @@ def test_sixteen_bytes_are_a_record_without_being_told():
             "two fields for depth",
         ),
         (np.zeros(2, [("pixel", "u2"), ("z", "f4"), ("rgba", "f4", 3)]), None, "'rgba' must be"),
+        (
+            np.zeros(1, [("pixel", "u2"), ("z", "f4"), ("rgba", "f4", 4), ("color", "f4", 3)]),
+            None,
+            "needed one of rgba",
+        ),
         (np.zeros(1, [("pixel", "u2"), ("z", "f4"), ("rgba", "u1", 4)]), None, "expected floats"),
         (np.zeros(2, object), None, "records: expected a structured array"),
         ("text", None, "records: expected a structured array"),

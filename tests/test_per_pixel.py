@@ -11,6 +11,7 @@ from small import some_fragments
 import moit
 from moit import PerPixel, _core
 from moit.comparing.choice import _shares, _told
+from moit.gpu_costs.predicting import on_gpu
 from moit.per_pixel import error_chances
 from moit.per_pixel.plan import CANDIDATES, SORTED_BITS, Plan
 from moit.per_pixel.selection import Selection, brightness
@@ -223,6 +224,21 @@ def test_what_is_said_of_a_choice_is_of_the_pixels_that_it_is_said_of():
         if bits is not None:
             assert row["bits_per_pixel"] == pytest.approx(bits)
             assert row["bits"] == pytest.approx(bits * here.mean())
+    exact = moit.composite(f, "sorted", dtype="f8")
+    assert (choice.error == np.abs(choice.image - exact).max(2)).all()
+    found, known = choice.gpu_ms("rx6800"), []
+    for row in choice.rows[:-1]:
+        if row["technique"] != "no fragments":
+            one, covered = moit.technique(row["technique"]), round(row["share"] * choice.map.size)
+            ms = on_gpu("rx6800", None).milliseconds(
+                one, row["fragments"], choice.map.size, covered
+            )
+            assert found[row["technique"]] == ms
+            known.append(ms)
+    assert "sorted" in found and found["sorted"] is None is found["all"]
+    told = [row for row in choice.rows[:-1] if found.get(row["technique"]) is not None]
+    rest = dataclasses.replace(choice, rows=tuple(told)).gpu_ms("rx6800")
+    assert len(told) > 1 and rest["all"] == sum(ms for ms in known if ms is not None)
 
 
 def test_a_choice_shows_itself():
@@ -368,7 +384,7 @@ def test_names_read_back():
         assert moit.technique(str(technique)) == technique
         assert hash(technique) == hash(moit.technique(str(technique)))
     assert str(PerPixel()) == "per-pixel"
-    assert PerPixel(0.1, ("power4", "sorted")).techniques == ("power4",)
+    assert PerPixel(0.1, ("power4", "sorted", "power4")).techniques == ("power4",)
 
 
 def test_all_default_candidates_can_be_named():

@@ -1,8 +1,7 @@
 /* Backwards through what power moments prove of slices: where a transmittance is kept at a bound it
  * moves as that does (techniques/slice_moments.c, power_bounds.c). What rounding widens bounds by,
- * and what max_alpha cuts off, stays. */
+ * what max_alpha cuts off, and what keeping nodes within [-2, 2] widens them by, stays. */
 #include "core/adjoints/moments.h"
-#include "core/adjoints/wide_bounds.h"
 #include "core/elementary.h"
 #include "core/techniques/slices.h"
 
@@ -12,7 +11,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { NODES = 2, COUNT = 2 * NODES, STRIDE = 16 };
+enum { COUNT = 4 };
 
 void moit_slices_take_bounded(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
     double *at_lower = tile->bounds[0], *at_upper = tile->bounds[1];
@@ -29,50 +28,10 @@ void moit_slices_take_bounded(const moit_job *job, const moit_tile *tile, const 
     }
 }
 
-/* A place whose nodes are kept within what moments are of, as kernels/power_bounds.h does: it is
- * left out of `by`, and its derivatives are added to those by means. Whether it is one. */
-static bool pull_wide(const moit_moment_state *s, const double *b, bool lower, double z, double *by,
-                      double *by_z, double *by_b0, double *by_b) {
-    double place[STRIDE] = {z}, y[NODES * STRIDE], ahead[NODES * STRIDE], at[NODES], value[NODES];
-    s->adjoints->nodes_through(COUNT, 1, s->rule, place, STRIDE, y, ahead);
-    bool wide = false;
-    for (int k = 0; k < NODES; ++k) {
-        at[k] = y[k * STRIDE];
-        value[k] = lower ? 1.0 - ahead[k * STRIDE] : ahead[k * STRIDE];
-        wide = wide || !(fabs(at[k]) < MOIT_FARTHEST_NODE);
-    }
-    if (!wide) return false;
-    moit_touched given = {
-        .nodes = NODES, .rule = s->rule, .b = b, .y = at, .keeps = 1.0 - s->bias, .z = z};
-    moit_mean_slopes slopes;
-    double mean = moit_touching_mean(&given, value, &slopes);
-    double by_mean = (lower ? -*by : *by) * s->b0;
-    *by_b0 += *by * (lower ? 1.0 - mean : mean);
-    *by_z += by_mean * slopes.z;
-    for (int k = 0; k < COUNT; ++k) by_b[k] += by_mean * slopes.b[k];
-    return true;
-}
-
-/* From derivatives by means to the n fragments that they are of. */
-static void pull_means(const moit_moment_state *s, const double *b, const double *by_b,
-                       double *by_z, double *by_a) {
-    for (int i = 0; i < s->n; ++i) {
-        double power = 1.0, sum = 0.0, slope = 0.0;
-        for (int k = 0; k < COUNT; ++k) {
-            slope += by_b[k] * (k + 1) * power;
-            power *= s->z[i];
-            sum += by_b[k] * (power - b[k]);
-        }
-        by_a[i] += sum / s->b0;
-        by_z[i] += s->a[i] * slope / s->b0;
-    }
-}
-
 /* By both bounds of pixel p's places; z is that of moments. */
 static void pull_pixel(const moit_job *of, const moit_tile *tile, const moit_adjoint *by,
                        moit_moment_state *s, int p, double *by_z, double *by_place) {
-    const double *b = (const double *)tile->b + p * COUNT;
-    double S[2][MOIT_MOST_TERMS], by_b[COUNT] = {0.0}, by_b0 = 0.0;
+    double S[2][MOIT_MOST_TERMS], by_b0 = 0.0;
     int first = tile->offsets[p];
     moit_move_state(tile, p, s);
     if (!(s->b0 > 0.0)) return;
@@ -82,20 +41,12 @@ static void pull_pixel(const moit_job *of, const moit_tile *tile, const moit_adj
         double *given = tile->bounds[lower ? 0 : 1] + place;
         at.by = given;
         at.by_z = by_place + place;
-        for (int i = 0; i < at.n; ++i) {
-            if (given[i] == 0.0
-                || !pull_wide(s, b, lower, at.z[i], given + i, at.by_z + i, &by_b0, by_b))
-                continue;
-            if (lower && at.own) at.by_own[i] -= given[i];
-            given[i] = 0.0;
-        }
         by_b0 += s->adjoints->sum_pulled(COUNT, &s->zone, &at, s->rule, s->b0, lower, S[lower]);
         moit_leave_depths(s, &at);
     }
     for (int t = 0; t < MOIT_MOST_TERMS; ++t) S[0][t] += S[1][t];
     moit_give_state(s, S[0], NULL, by_b0, tile->points[1] + first, tile->points[2] + first,
                     by_z + first, by->work[2] + first);
-    pull_means(s, b, by_b, by_z + first, by->work[2] + first);
 }
 
 void moit_slices_pull_bounds(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
