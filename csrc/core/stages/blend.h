@@ -353,13 +353,9 @@ static void ranked_blend_stage(int pixels, const int32_t *offsets, const void *a
 FN void blend_by(const int from, int pixels, const int32_t *offsets, const SCALAR *alpha,
                  const SCALAR *emission, const SCALAR *T, const SCALAR *weight,
                  const double *factor, const SCALAR *color, double *sum) {
-    if (emission == alpha) {
-        if (color) blend_few(BLENDED(true, false), pixels, offsets, NULL, NULL, sum);
-        else blend_pixels(BLENDED(false, false), pixels, offsets, sum);
-    } else {
-        if (color) blend_pixels(BLENDED(true, true), pixels, offsets, sum);
-        else blend_pixels(BLENDED(false, true), pixels, offsets, sum);
-    }
+    const bool emits = emission != alpha;
+    if (color && !emits) blend_few(BLENDED(true, false), pixels, offsets, NULL, NULL, sum);
+    else blend_pixels(BLENDED(color != NULL, emits), pixels, offsets, sum);
 }
 
 static void blend_stage(int pixels, const int32_t *offsets, const void *alpha, const void *emission,
