@@ -176,3 +176,9 @@ def test_a_texture_needs_to_know_where_it_lies():
     texture = moit.Texture(np.zeros((2, 2, 3)))
     with pytest.raises(MeshError, match="texture: needed uv"):
         moit.Mesh([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], texture=texture)
+
+
+def test_what_lets_light_through_is_known_by_the_corners_of_its_triangles():
+    vertices = np.arange(21.0).reshape(7, 3)  # the last is no triangle's
+    mesh = moit.Mesh(vertices, [[2, 0, 1], [3, 4, 5]], alpha=[0.5] * 3 + [1.0] * 4)
+    np.testing.assert_array_equal(mesh.transparent_points, vertices[:3])
