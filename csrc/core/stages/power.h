@@ -68,7 +68,9 @@ FN void power_sums_of(const int count, const bool keeps, int pixels, const int32
         for (int k = 0; k < count; k += 4) {
             four_numbers mean = __builtin_convertvector(
                 totals_of_four(sum + 1 + k, lost ? lost + 1 + k : NULL) * inverse, four_numbers);
-            memcpy(b + p * count + k, &mean, (size_t)(count - k < 4 ? count - k : 4) * sizeof *b);
+            if (count - k >= 4) memcpy(b + p * count + k, &mean, sizeof mean);
+            else /* a part of a vector that is copied goes by memory, and waits for it */
+                for (int j = 0; j < count - k; ++j) b[p * count + k + j] = mean[j];
         }
     }
 }
@@ -129,15 +131,15 @@ FN void columns_of(const int count, int pixels, const double *rows, SCALAR (*col
 #define TEXT "core/stages/power_rules_of_count.h"
 #include "core/stages/each_power_count.h"
 
-static void power_rules_stage(int count, const moit_wrapping_zone *zone, int pixels,
+static void power_rules_stage(int count, const moit_wrapping_zone *zone, bool floats, int pixels,
                               const double *b, double bias, const double *safe, double least,
                               double *rules) {
     (void)zone;
     switch (count) {
-    case 2: rules_of1(pixels, b, bias, safe, least, rules); break;
-    case 4: rules_of2(pixels, b, bias, safe, least, rules); break;
-    case 6: rules_of3(pixels, b, bias, safe, least, rules); break;
-    case 8: rules_of4(pixels, b, bias, safe, least, rules); break;
+    case 2: rules_of1(floats, pixels, b, bias, safe, least, rules); break;
+    case 4: rules_of2(floats, pixels, b, bias, safe, least, rules); break;
+    case 6: rules_of3(floats, pixels, b, bias, safe, least, rules); break;
+    case 8: rules_of4(floats, pixels, b, bias, safe, least, rules); break;
     }
 }
 
