@@ -45,7 +45,8 @@ typedef enum moit_warp {
     KIND(SLICES, slices)                           /* ours: slices of optical depth */            \
     KIND(ANCHORS, anchors)                         /* ours: the strongest; cells of the rest */   \
     KIND(STRONG, strong)                           /* ours: the strongest; moments of the rest */ \
-    KIND(FRONT, front)                             /* ours: the nearest; moments of the rest */
+    KIND(FRONT, front)                             /* ours: the nearest; moments of the rest */   \
+    KIND(NEURAL_SLICES, neural_slices)             /* ours: slices that a network reads */
 // clang-format on
 
 typedef enum moit_kind {
@@ -151,6 +152,7 @@ typedef struct moit_slice_options {
     double bias;  /* MOIT_AVBOIT: slices that fragments read nearer than they are */
     bool average; /* MOIT_AVBOIT: blocks have the mean of their pixels, not the middle one's */
     bool cubic;   /* MOIT_AVBOIT: what is read is a cubic B-spline's, not the line between two */
+    const float *network; /* MOIT_NEURAL_SLICES */
 } moit_slice_options;
 
 typedef struct moit_layer_options {
@@ -203,7 +205,7 @@ typedef struct moit_technique {
         moit_front_options front;               /* MOIT_FRONT */
         moit_neural_options neural;     /* MOIT_NEURAL_MOMENTS; MOIT_DEEP_FRAGMENTS: its network */
         moit_series_options series;     /* MOIT_FOURIER_OPACITY, _FUNCTION_MAP, _HAAR_WAVELETS */
-        moit_slice_options slices;      /* MOIT_AVBOIT, MOIT_SLICES */
+        moit_slice_options slices;      /* MOIT_AVBOIT, MOIT_SLICES, MOIT_NEURAL_SLICES */
         moit_layer_options layers;      /* MOIT_ADAPTIVE, MOIT_MLAB */
         moit_sampling_options sampling; /* MOIT_STOCHASTIC, MOIT_HASHED_ALPHA */
         moit_anchor_options anchors;    /* MOIT_ANCHORS */

@@ -2,7 +2,8 @@
 
 `python docs/frontier.py --picture` makes the picture alone, from the rows that the page has: where
 some were measured later than the others, as the final draw is looked at once. `--gpu` likewise
-writes what frames are predicted to take by the costs that are stored now (docs/gpu_costs.md).
+writes what frames are predicted to take by the costs that are stored now (docs/gpu_costs.md), and
+`--rows NAME ..` measures these techniques and writes their rows where they belong.
 
 What was measured is kept in build/frontier, so that an interrupted run goes on; a core that was
 built anew measures all anew. The page that is
@@ -13,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -25,8 +27,9 @@ from matplotlib.lines import Line2D
 import moit
 from moit.comparing.rows import Row
 from moit.judging.draws import KINDS
-from moit.judging.fronts import AFFORDED, PASSES, WORDS, Means, known
+from moit.judging.fronts import AFFORDED, PASSES, WORDS, Means, falling, known
 from moit.judging.page import chart, gpu_time
+from moit.judging.registry import aims, registry
 from moit.judging.running import SIZES
 from moit.judging.sentences import COUNTS
 from moit.reports.blocks import Block, Markdown, Paragraph, Plot
@@ -86,6 +89,68 @@ def with_gpu_times(page: str) -> str:
     return "\n".join(lines) + "\n"
 
 
+def with_rows(page: str, other: str) -> str:
+    """The page with the rows of another, which was measured later, where they belong: columns that
+    the page has, stars as they are due now. What to take is not said anew."""
+    lines = page.splitlines()
+    for title in TABLES:
+        columns, rows = _table(lines, title)
+        more_columns, more = _table(other.splitlines(), title)
+        if not columns or not more_columns:
+            continue
+        found = [lines[i] for i in rows]
+        for line in (other.splitlines()[i] for i in more):
+            said = dict(zip(more_columns, _cells(line), strict=True))
+            own = [said[column] for column in columns]
+            same = [_key(row) for row in found]
+            found = [row for row, key in zip(found, same, strict=True) if key != _key(line)]
+            found.append(f"| {' | '.join(own)} |")
+        first = rows[0]
+        lines[first : rows[-1] + 1] = sorted(found, key=_place)
+    best = {row["technique"] for row in falling(known(rows_of("\n".join(lines)), "flip"), "flip")}
+    _, pictures = _table(lines, TABLES[0])
+    for i in pictures:
+        name, rest = lines[i].split("`")[1], lines[i].split(" | ", 1)[1]
+        lines[i] = f"| `{name}`{' *' if name in best else ''} | {rest}"
+    told = "\n".join(lines) + "\n"
+    count = len(_table(lines, TABLES[0])[1])
+    told = re.sub(r"\d+ techniques\.", f"{count} techniques.", told, count=1)
+    variants = sum(one.variants for one in registry())
+    return re.sub(r"\d+ variants were tried", f"{variants} variants were tried", told, count=1)
+
+
+TABLES = ("## Pictures", "## Rays", "## What was aimed at")
+
+
+def _cells(line: str) -> list[str]:
+    return [one.strip() for one in line.strip("|").split(" | ")]
+
+
+def _table(lines: Sequence[str], title: str) -> tuple[list[str], list[int]]:
+    """Columns of the table under a title, and which lines are its rows."""
+    if title not in lines:
+        return [], []
+    first = lines.index(title)
+    heads = next(i for i in range(first, len(lines)) if lines[i].startswith("| technique |"))
+    end = next((i for i in range(heads, len(lines)) if not lines[i].startswith("|")), len(lines))
+    return _cells(lines[heads]), list(range(heads + 2, end))
+
+
+def _key(line: str) -> tuple[str, str]:
+    """What a row is of: a technique, and where several are of one, its measure."""
+    measure = _cells(line)[1]
+    return line.split("`")[1], "" if measure[0].isdigit() else measure
+
+
+def _place(line: str) -> tuple[float, ...] | tuple[int, float, str]:
+    name, measure = _key(line)
+    if measure:
+        names = [(one.technique, one.measure.replace("_", " ").lower()) for one in aims()]
+        return (float(names.index((name, measure.lower()))),)
+    one = moit.technique(name)
+    return AFFORDED.index(one.access), one.bits_per_pixel or 0, name
+
+
 def with_fewer_names(shown: ErrorChart) -> ErrorChart:
     """Of each front named are the best, and what errs less by GAIN than what is named before."""
     points: list[Point] = []
@@ -130,11 +195,15 @@ def picture(rows: Sequence[Row], path: Path) -> None:
         figure.savefig(part)
 
 
+def is_plot(block: Block) -> bool:
+    return isinstance(block, Plot)
+
+
 def with_picture(blocks: Iterator[Block]) -> Iterator[Block]:
     """The page's blocks, with one picture in place of its charts."""
     there = False
     for block in blocks:
-        if not isinstance(block, Plot):
+        if not is_plot(block):
             yield block
         elif not there:
             there = True
@@ -148,11 +217,20 @@ def main() -> None:
     parser.add_argument("--size", default="full", choices=tuple(SIZES))
     parser.add_argument("-o", "--output", type=Path, default=DOCS, metavar="DIR")
     parser.add_argument("--picture", action="store_true", help="alone, of the page that is there")
+    parser.add_argument(
+        "--rows", nargs="+", default=[], metavar="NAME", help="of these, measured now, in the page"
+    )
     parser.add_argument("--gpu", action="store_true", help="times of frames alone, likewise")
     given = parser.parse_args()
     if given.gpu:
         page = (given.output / "frontier.md").read_text(encoding="utf-8")
         write_text(given.output / "frontier.md", with_gpu_times(page))
+        return
+    if given.rows:
+        later = moit.frontier(given.rows, draw=given.draw, size=given.size, out=KEPT)
+        page = (given.output / "frontier.md").read_text(encoding="utf-8")
+        other = Markdown(str(given.output))(one for one in later.blocks() if not is_plot(one))
+        write_text(given.output / "frontier.md", with_rows(page, other))
         return
     if given.picture:
         page = (given.output / "frontier.md").read_text(encoding="utf-8")

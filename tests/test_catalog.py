@@ -139,6 +139,7 @@ BITS = {
     "wavelet16": (512, {}),
     "avboit": (24, {}),
     "slices64": (512, {}),
+    "neural-slices8": (96, {}),
     "stochastic8": (256, {}),
     "hashed-alpha": (32, {}),
     "neural": (224, {"NMT": 352}),
@@ -229,6 +230,10 @@ DEFAULTS = {
         **{name: SERIES[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
         **{"count": 64, "bits": 8, "table": "image", "tile": 16, "cells": None},
         **{"resolution": 1, "total": "block", "upsampling": "bilinear", "inside": None},
+    },
+    "neural-slices8": {
+        **{name: SERIES[name] for name in ("warp", "depth_range", "normalize", "max_alpha")},
+        **{"count": 8, "bits": 8, "network": None},
     },
     "adaptive4": {
         **{"nodes": 4, "quantized": True, "warp": None, "merge": "area"},

@@ -551,3 +551,32 @@ def test_times_of_frames_are_written_anew_and_nothing_else():
     assert 0 < float(expected) < 99
     assert found == written.replace("20 | 99", f"20 | {expected}").replace("6 | 7", "6 | -")
     assert script.with_gpu_times(found) == found
+
+
+def test_rows_that_are_measured_later_come_to_their_places():
+    """What docs/frontier.py --rows makes of a page: stars and counts are as they are due then."""
+    script = page_script()
+    head = (
+        "| technique | bytes | passes | access | FLIP 320x180 |\n| :-- | --: | --: | :-- | --: |\n"
+    )
+    page_before = (
+        "3 techniques. 7 variants were tried.\n\n## Pictures\n\n" + head
+        + "| `wboit` * | 1 | 1 | blend | 0.08 (0 to 1) |\n"
+        + "| `power4` * | 20 | 2 | blend | 0.02 (0 to 1) |\n"
+        + "| `anchors4` * | 44 | 3 | atomics | 0.003 (0 to 1) |\n\nlast\n"
+    )  # fmt: skip
+    later = "## Pictures\n\n" + head.replace("| FLIP", "| jumps | FLIP").replace(
+        "--: |\n", "--: | --: |\n"
+    )
+    later += "| `neural-slices8` | 12 | 3 | atomics | 5 | 0.007 (0 to 1) |\n"
+    later += "| `power4` | 20 | 2 | blend | 6 | 0.03 (0 to 1) |\n"
+    found = script.with_rows(page_before, later).splitlines()
+    variants = sum(one.variants for one in registry())
+    assert found[0] == f"4 techniques. {variants} variants were tried."
+    assert found[6:10] == [
+        "| `wboit` * | 1 | 1 | blend | 0.08 (0 to 1) |",
+        "| `power4` | 20 | 2 | blend | 0.03 (0 to 1) |",
+        "| `neural-slices8` * | 12 | 3 | atomics | 0.007 (0 to 1) |",
+        "| `anchors4` * | 44 | 3 | atomics | 0.003 (0 to 1) |",
+    ]
+    assert found[10:] == ["", "last"]

@@ -237,7 +237,7 @@ def test_the_core_takes_as_many_weights_as_a_network_has(name, more):
         _core.composite(f, fields, True, 1, np.zeros(3))
 
 
-@pytest.mark.parametrize("kind", ["neural-bounded", "neural-bounded6", "strong"])
+@pytest.mark.parametrize("kind", ["neural-bounded", "neural-bounded6", "strong", "neural-slices"])
 def test_networks_come_with_moit(kind):
     shipped = Network.shipped(kind)
     assert shipped.kind == kind and shipped.packed().size in (153, 169)

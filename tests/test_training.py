@@ -5,7 +5,7 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import asdict, replace
+from dataclasses import replace
 from itertools import count, pairwise
 from types import SimpleNamespace
 
@@ -338,7 +338,7 @@ def test_a_set_weighs_the_less_the_more_is_lost_where_no_order_is_known():
 def test_networks_that_come_with_moit_say_the_recipes_that_moit_has():
     for kind, made_by in SHIPPED.items():
         told = moit.Network.shipped(kind).recipe
-        for name, value in asdict(made_by).items():
+        for name, value in made_by.told().items():
             assert told[name] == (list(value) if isinstance(value, tuple) else value), (kind, name)
     four = ("layers", "surfaces", "puffs", "tufts")
     assert Recipe(four, 60_000, 20, 2048, 0.02, True, "color") == QUICK
@@ -348,6 +348,7 @@ def test_networks_that_come_with_moit_say_the_recipes_that_moit_has():
 def test_networks_that_come_with_moit_say_the_scores_that_they_have(kind):
     """On rays that are drawn anew: of another NumPy they may be others, of the same kinds."""
     names = {"neural-image": "neural(depth_range='image')", "strong": "strong5"}
+    names["neural-slices"] = "neural-slices8"
     network = moit.Network.shipped(kind)
     found = scores(network, moit.technique(names.get(kind, kind)))
     sets = ("layers", "surfaces", "puffs", "tufts", "neural-training")
@@ -731,6 +732,7 @@ def test_a_network_says_how_it_was_made(tmp_path):
         "neural-bounded",
         "neural-bounded6",
         "strong5",
+        "neural-slices5(bits=6)",
     ],
 )
 def test_scores_are_what_the_core_does_with_the_network(technique):

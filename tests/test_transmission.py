@@ -341,6 +341,8 @@ def test_crops_shuffles_and_files_keep_transmission(technique, tmp_path):
     of_moments = of_moments or getattr(technique, "inside", None) is not None
     half = 31 * 2.0**-11 if getattr(technique, "bits", 32) == 16 or in_halves else 0
     half += 31 * 0.5 / 255 if technique in TARGETS else 0  # and bytes by half a step
+    # a pixel's extent is held in words, of which float32 may find the next
+    half += 1e-4 if isinstance(technique, moit.NeuralSlices) else 0
     if technique.order_independent:
         mixed = moit.composite(f.shuffled(1), technique)
         # moments of sums in another order: matrices amplify the last digit, most without a zone

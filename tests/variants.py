@@ -38,6 +38,7 @@ SLICES = [
     moit.Slices(16, resolution=2, warp="linear"),
     moit.Slices(16, 16, resolution=4, total="full"),
     moit.Slices(8, inside="power4"),
+    moit.NeuralSlices(5, 6, warp="linear", normalize=False),
     moit.AdaptiveVoxels(16, 16, 2, slice_bias=1.0, warp="linear", normalize=False),
     moit.AdaptiveVoxels(resolution=1, depth_range="pixel"),
     moit.AdaptiveVoxels(32, low_resolution="average", resolution=4),

@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "core/tile.h"
 
+#include "core/pieces.h"
 #include "core/system.h"
 #include "core/threads.h"
 
@@ -21,19 +22,6 @@ typedef struct {
     char *memory; /* one part a thread */
     size_t part;
 } tiling;
-
-/* Hands out aligned pieces of memory; with no memory it only counts. */
-typedef struct {
-    char *memory;
-    size_t used;
-} pieces;
-
-static void *piece(pieces *p, int64_t count, size_t size) {
-    size_t bytes = moit_aligned_size((size_t)count * size);
-    void *start = p->memory ? p->memory + p->used : NULL;
-    p->used += bytes;
-    return start;
-}
 
 static size_t own_bytes(const tiling *t) {
     const moit_job *job = t->job;
@@ -344,4 +332,21 @@ moit_warp_map moit_pixel_warp(const moit_job *job, const moit_tile *tile, int p)
 void moit_widen_range(const moit_job *job, const moit_tile *tile, int p, double *near,
                       double *far) {
     if (!job->cull_opaque) find_range(job, tile, p, true, near, far);
+}
+
+void moit_display_places(const moit_job *job, const moit_tile *tile, uint32_t *row,
+                         uint32_t *column) {
+    const moit_fragments *f = job->fragments;
+    int64_t width = f->width ? f->width : f->pixels;
+    for (int p = 0; p < tile->pixels; ++p) {
+        int64_t pixel = moit_pixel_at(tile, p);
+        uint32_t down = (uint32_t)(f->top + pixel / width),
+                 right = (uint32_t)(f->left + pixel % width);
+        for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) {
+            row[i] = down;
+            column[i] = right;
+        }
+    }
+    memset(row + tile->fragments, 0, MOIT_PADDING * sizeof *row);
+    memset(column + tile->fragments, 0, MOIT_PADDING * sizeof *column);
 }

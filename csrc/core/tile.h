@@ -104,6 +104,10 @@ static inline int64_t moit_pixel_at(const moit_tile *tile, int p) {
     return tile->first_pixel + (tile->place ? tile->place[p] : p);
 }
 
+/* Where in the display the pixels of fragments are; row, column: (fragments), padded. */
+void moit_display_places(const moit_job *job, const moit_tile *tile, uint32_t *row,
+                         uint32_t *column);
+
 /* Numbers of either precision. */
 static inline size_t moit_scalar_size(moit_precision precision) {
     return precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float);

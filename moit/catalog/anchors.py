@@ -11,7 +11,7 @@ from moit import _core
 from moit.catalog.network import network_of
 from moit.catalog.neural import NetworkOption, hold_network
 from moit.catalog.options import whole, within
-from moit.catalog.reconstruction import WarpedDepth
+from moit.catalog.reconstruction import WarpedDepth, refuse_own_range
 from moit.catalog.targets import KeyWords, Targets, added, formats_for, held_in, multiplied
 from moit.catalog.technique import Listed
 from moit.checks.arguments import one_of
@@ -166,10 +166,7 @@ class Strong(WarpedDepth):
         whole(self, "kept", 1, MOST_KEPT)
         within(self, "gamma", 0, MOST_GAMMA)
         one_of("key_bits", self.key_bits, KEY_BITS)
-        if self.depth_range == "pixel":
-            raise ValueError(
-                "depth_range: 'pixel' has no meaning, as moments are of each pixel's own extent"
-            )
+        refuse_own_range(self.depth_range, "moments")
         hold_network(self, self.network, self.network_kind)
         super().__post_init__()
 

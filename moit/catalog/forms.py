@@ -44,6 +44,12 @@ SMALLER: tuple[Mapping[str, Any], ...] = (
     {**SMALL_SLICES, "resolution": 2, "count": 36, "total": "byte"},
     {**SMALL_SLICES, "resolution": 3, "count": 45, "total": "half"},
     {**SMALL_SLICES, "resolution": 3, "count": 45, "total": "full", "inside": "power4"},
+    # Slices that a network reads: what 6, 8, 16, 20 and 32 bytes hold.
+    {"count": 4, "bits": 4, "network": None},
+    {"count": 5, "bits": 6, "network": None},
+    {"count": 12, "bits": 8, "network": None},
+    {"count": 16, "bits": 8, "network": None},
+    {"count": 28, "bits": 8, "network": None},
 )
 
 

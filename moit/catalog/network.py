@@ -28,6 +28,7 @@ SIZES: dict[str, tuple[int, ...]] = {
     "neural-bounded": (8, 8, 8, 1),
     "neural-bounded6": (10, 8, 8, 1),
     "strong": (10, 8, 8, 1),
+    "neural-slices": (10, 8, 8, 1),
 }
 KINDS = tuple(SIZES)
 
@@ -50,9 +51,10 @@ class NetworkError(MoitError, ValueError):
 class Network:
     """The weights of a small multilayer perceptron, with how they came about.
 
-    kind : "neural", "neural-image", "dfa", "neural-bounded", "neural-bounded6" or "strong": what it
-        sees, and what its output means. The technique of this name runs it; "neural-image" is for
-        NeuralMoments(depth_range="image"), "strong" for Strong of any count.
+    kind : "neural", "neural-image", "dfa", "neural-bounded", "neural-bounded6", "strong" or
+        "neural-slices": what it sees, and what its output means. The technique of this name runs
+        it; "neural-image" is for NeuralMoments(depth_range="image"), "strong" for Strong of any
+        count, "neural-slices" for NeuralSlices of any count and bits.
     weights : of each layer an array (outputs, inputs) of finite numbers, held as float32.
     biases : of each layer an array (outputs,).
     mean, scale : (inputs,) of the features it was trained on: it sees (x - mean) / scale. Scale is

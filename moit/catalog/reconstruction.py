@@ -21,6 +21,14 @@ MAX_ALPHA = 1 - 0.5 / 256
 DEPTH_RANGES = ("image", "pixel")
 
 
+def refuse_own_range(depth_range: str, kept: str) -> None:
+    """ValueError where it is each pixel's own, of what is of pixels' own extents whatever it is."""
+    if depth_range == "pixel":
+        raise ValueError(
+            f"depth_range: 'pixel' has no meaning, as {kept} are of each pixel's own extent"
+        )
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class WarpedDepth(Technique):
     """Options of techniques that work on warped depth.

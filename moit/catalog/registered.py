@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from moit.catalog.neural import BoundedNeural as BoundedNeural
     from moit.catalog.neural_moments import DeepFragments as DeepFragments
     from moit.catalog.neural_moments import NeuralMoments as NeuralMoments
+    from moit.catalog.neural_slices import NeuralSlices as NeuralSlices
     from moit.catalog.per_pixel import PerPixel as PerPixel
     from moit.catalog.series import FourierOpacity as FourierOpacity
     from moit.catalog.series import TransmittanceFunctionMap as TransmittanceFunctionMap
@@ -72,6 +73,7 @@ CLASSES.update(
         "anchors": "anchors.Anchors",
         "strong": "anchors.Strong",
         "front": "front.FrontLayers",
+        "neural-slices": "neural_slices.NeuralSlices",
         "per-pixel": "per_pixel.PerPixel",
     }
 )

@@ -10,7 +10,15 @@ from moit.catalog import PowerMoments
 from moit.catalog.options import WARPS
 from moit.catalog.slices import codes_of
 from moit.checks.exceptions import GpuError
-from moit.gpu.bindings import CAPTURE, DEPOSIT, FACTOR, HOLD_MOMENTS, HOLD_WITHIN, INTEGRATE
+from moit.gpu.bindings import (
+    CAPTURE,
+    DEPOSIT,
+    EXTENT,
+    FACTOR,
+    HOLD_MOMENTS,
+    HOLD_WITHIN,
+    INTEGRATE,
+)
 from moit.gpu.block_passes import READ
 from moit.gpu.described import Constants, Passes, Stage, passes_for
 
@@ -90,6 +98,25 @@ def slices(c: Constants) -> Passes:
             **(_moment_uniforms(c) if inside else {}),
         },
         tables=True,
+        normalize=c.fields["normalize"],
+        absorbs=True,
+        coloured="curve",
+    )
+
+
+@passes_for("neural-slices")
+def neural_slices(c: Constants) -> Passes:
+    slots = c.fields["count"]
+    most, depth = codes_of(c.fields["bits"])
+    return Passes(
+        "neural_slices.glsl",
+        {"SLOTS": slots},
+        state=slots + 3,
+        factors=2,
+        stages=(Stage(EXTENT), Stage(CAPTURE), Stage(DEPOSIT), Stage(FACTOR)),
+        iterations=64,
+        uniforms={"code_scale": most / depth, "code_most": most, "quantum": depth / most},
+        network=c.fields["network"],
         normalize=c.fields["normalize"],
         absorbs=True,
         coloured="curve",

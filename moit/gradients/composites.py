@@ -191,6 +191,7 @@ REASONS = {
     "mlab": (CHOOSES, "hybrid4"),
     "deep-shadow": (CHOOSES, "sorted"),
     "avboit": ("light behind slices is kept in 255 steps", "slices64"),
+    "neural-slices": ("its network reads whole steps, and has none by these yet", "slices64"),
     "anchors": ("what is kept is chosen by importance, and jumps with it", "hybrid4"),
     "strong": ("what is kept is chosen by importance, and jumps with it", "hybrid4"),
 }

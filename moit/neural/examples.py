@@ -23,16 +23,19 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 
 # What T is of the share that a network says and of the two columns that follow its features: the
-# share itself, or what passes all fragments if that is more; exp(-(L + share W)), between bounds;
-# A + share D, a mixture of two answers.
+# share itself, or what passes all fragments if that is more; exp(-(L + share W)), between bounds,
+# of slices, too, which by themselves say the share of one of the features; A + share D, a mixture
+# of two answers.
 ANSWERS = {
     "neural": "share",
     "neural-image": "share",
     "neural-bounded": "absorbance",
     "neural-bounded6": "absorbance",
     "strong": "absorbance",
+    "neural-slices": "slices",
     "dfa": "mixture",
 }
+SLICES_ALONE = 8  # the feature that is that share
 
 
 @dataclass(frozen=True)
@@ -82,8 +85,12 @@ class Examples:
         return value, (by_T * slope)[None]
 
     def ease(self, name: str) -> float:
-        """1 over the loss where no order is known, every T the same: sets by this count alike."""
-        return 1 / max(LOSSES[name](np.full_like(self.truth.exact, 0.5), self.truth)[0], 1e-9)
+        """1 over the loss where no order is known, every T the same, or of slices over that of what
+        they say by themselves: sets by this count alike."""
+        known = np.full_like(self.truth.exact, 0.5)
+        if self.answer == "slices":
+            known = np.exp(-(self.from_ + self.features[:, SLICES_ALONE] * self.width))
+        return 1 / max(LOSSES[name](known, self.truth)[0], 1e-9)
 
     def for_loss(self, name: str) -> Examples:
         """The same with each fragment a unit of its own, where the loss allows."""

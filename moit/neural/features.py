@@ -34,6 +34,10 @@ def features(
     T = exp(-(L + W sigmoid(network))). Of "neural-bounded6" 10 + 2: behind ln kurtosis come
     ln(1 + |s|) with the sign of s, the fifth standardised moment, and ln of the sixth.
     Of "strong" the same of all that is not kept, but that L has what is kept in front, too.
+    Of "neural-slices" 10 + 2: L and W as shares of the total, a, how far between its slices it is,
+    the share of what these two hold that is in the one in front, what the slice before them and the
+    one behind hold as shares of the total; ln of the total within +-8, which share of W slices say
+    by themselves, ln W from -8 to 3; then L and W.
 
     Arguments as `moit.transmittance`; the network itself is not run. Rows of fragments that an
     opaque surface hides, and of such surfaces, are 0; a volume has that of its first piece. Raises

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from moit.catalog import Technique
 from moit.checks.arguments import one_of
 
 
@@ -21,6 +22,8 @@ class Recipe:
     weights : how much more than by its loss each set counts, where data are the recipe's own;
         empty: all the same.
     starts : how many networks are begun, of which the best after a tenth of the epochs goes on.
+    slices : of "neural-slices", as "5x6" how many slices of how many bits it learns to read, each
+        from as many fragments; empty: those of the technique that is trained.
     """
 
     data: tuple[str, ...]
@@ -32,6 +35,18 @@ class Recipe:
     loss: str
     weights: tuple[float, ...] = ()
     starts: int = 1
+    slices: tuple[str, ...] = ()
+
+    def told(self) -> dict[str, Any]:
+        """As networks and checkpoints have it: without slices where none are named."""
+        return {k: value for k, value in asdict(self).items() if k != "slices" or value}
+
+    def read_by(self, technique: Technique) -> list[Technique]:
+        """The techniques of which a network for this one learns what it sees."""
+        if not self.slices:
+            return [technique]
+        pairs: list[Any] = [one.split("x") for one in self.slices]
+        return [replace(technique, count=int(n), bits=int(bits)) for n, bits in pairs]
 
 
 FOUR = ("layers", "surfaces", "puffs", "tufts")
@@ -59,6 +74,14 @@ MOMENTS = Recipe(
     True,
     "transmittance",
 )
+SLICES = replace(
+    BOUNDED,
+    fragments=20_000,
+    epochs=120,
+    rate=2e-2,
+    starts=1,
+    slices=("4x4", "4x8", "5x6", "6x5", "6x6", "8x8", "12x8", "16x8", "32x8"),
+)
 SHIPPED = {
     "neural": MOMENTS,
     "neural-image": MOMENTS,
@@ -67,6 +90,7 @@ SHIPPED = {
     # With six moments four surfaces are exact: weight on sheets takes less from the others.
     "neural-bounded6": replace(BOUNDED, weights=(1, 1, 1, 1.5, 5, 1, 3)),
     "strong": BOUNDED,
+    "neural-slices": SLICES,
 }
 
 RECIPES = ("quick", "paper", "shipped")

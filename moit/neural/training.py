@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 import numbers
 import os
@@ -130,30 +131,30 @@ class _Work:
         self.hash = digest(list(sources.values()))
         self.schedule = Schedule(plan.epochs, plan.batch, plan.rate, plan.falling, plan.loss, seed)
         rng = np.random.default_rng((seed, 0, 1))
-        learnt, held_out = [], []
-        for name, f in sources.items():
-            part = examples_of(
-                some(f, round(plan.fragments / (1 - HELD_OUT)), rng), technique, name
-            )
+        learnt, held_out, ease, ease_of_held = [], [], [], []
+        of_sources = zip(sources.items(), plan.weights or [1.0] * len(sources), strict=True)
+        for ((name, f), weight), one in itertools.product(of_sources, plan.read_by(technique)):
+            part = examples_of(some(f, round(plan.fragments / (1 - HELD_OUT)), rng), one, name)
             order = rng.permutation(len(part.truth.counts))
             held = round(HELD_OUT * len(order))
-            held_out += [part.taken(order[:held]).for_loss(plan.loss)] if held else []
             learnt.append(part.taken(order[held:]).for_loss(plan.loss).at_most(plan.fragments))
-        more = plan.weights or [1.0] * len(learnt)
-        ease = [one.ease(plan.loss) * by for one, by in zip(learnt, more, strict=True)]
+            ease.append(learnt[-1].ease(plan.loss) * weight)
+            if held:
+                held_out.append(part.taken(order[:held]).for_loss(plan.loss))
+                ease_of_held.append(ease[-1])
         examples = joined(learnt, ease)
         self.mean = examples.features.mean(axis=0, dtype=np.float64)
         scale = examples.features.std(axis=0, dtype=np.float64)
         self.scale = np.where(scale > 0, scale, 1.0)
         self.examples = examples.standardised(self.mean, self.scale)
         self.held_out = (
-            joined(held_out, ease).standardised(self.mean, self.scale) if held_out else None
+            joined(held_out, ease_of_held).standardised(self.mean, self.scale) if held_out else None
         )
         self.sizes = SIZES[network_kind(technique)]
         self.facts: dict[str, Any] = {
             "technique": str(technique),
             "sizes": list(self.sizes),
-            **dataclasses.asdict(plan),
+            **plan.told(),
             "data": list(sources),
             "seed": seed,
             "data_hash": self.hash,

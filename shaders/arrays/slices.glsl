@@ -114,10 +114,7 @@ void own_pass(uint p, surface s) {
 }
 #endif
 
-// A sum that grows beyond what a slice holds may not wrap.
-void add(uint at, uint steps) {
-    if (steps > 0u && atomicAdd(sums[at], steps) >= 0x80000000u) atomicMin(sums[at], 0x80000000u);
-}
+#include "arrays/added.glsl"
 #endif
 
 #if POWERS

@@ -191,6 +191,7 @@ HELPER moit_technique simple(moit_kind kind) {
         t.front.tail = MOIT_BOUNDED_NEURAL;
         t.front.moment_count = 4;
     }
+    if (kind == MOIT_NEURAL_SLICES) t.slices.bits = 8;
     if (kind == MOIT_ANCHORS) t.anchors = (moit_anchor_options){.cells = 11, .gamma = 3.5};
     if (kind == MOIT_STRONG) t.strong.gamma = 4.0;
     return t;

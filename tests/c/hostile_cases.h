@@ -113,6 +113,10 @@ static inline bool draw_options(uint64_t *random, moit_technique *t, moit_precis
         t->slices.inside = one_in(random, 4);
         t->slices.tile = (int)ONE_OF(random, 1, 6, 18, 36); /* multiples of resolutions */
         break;
+    case MOIT_NEURAL_SLICES:
+        t->count = (int)ONE_OF(random, 2, 3, 5, 16, 256);
+        t->slices.bits = (int)ONE_OF(random, 2, 6, 8, 16);
+        break;
     case MOIT_ADAPTIVE:
     case MOIT_MLAB:
         t->layers.quantized = one_in(random, 2);

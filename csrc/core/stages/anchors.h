@@ -125,7 +125,7 @@ FN void anchors_counted(const bool large, const int kept, const int cells, int s
     const anchors a = anchors_of(kept, cells, numbers);
     const uint64_t least = slot[kept - 1];
     const SCALAR of_least = numbers[2 + 2 * kept - 1];
-    int sum[MOST_KEPT + MOST_CELLS] = {0}, full = (int)ANCHOR_FULL;
+    int sum[MOST_KEPT + MOST_CELLS] = {0}, full = (int)ANCHOR_FULL, cell_of_last = 0, of_last = 0;
     SCALAR place[LANES], steps[LANES];
     for (int i = 0; i < n; i += LANES) {
         truth last = {0};
@@ -138,19 +138,20 @@ FN void anchors_counted(const bool large, const int kept, const int cells, int s
         for (int lane = 0; lane < LANES && i + lane < n; ++lane) {
             uint64_t key = key_at(large, keys, start + i + lane);
             bool is_kept = key && key >= least;
+            if (last[lane]) { /* all such add the same, in the same cell */
+                cell_of_last = (int)place[lane];
+                of_last = (int)steps[lane];
+            }
             int *to = sum + (int)place[lane];
             if ((!is_kept || key == least) && *to < full) *to += (int)steps[lane];
             own[i + lane] = is_kept ? (SCALAR)-1 : own[i + lane];
         }
     }
-    real of_last = K(numbers[2 + kept - 1]);
-    store(place, anchor_cell(kept, cells, a, of_last));
-    store(steps, anchor_steps(K(of_least), of_last));
+    int taken = 0;
+    for (int k = 0; k < kept; ++k) taken += slot[k] == least ? of_last : 0;
     for (int c = 0; c < kept + cells; ++c) { /* how far beyond full hangs on the order */
-        int taken = 0;
-        for (int k = 0; least && k < kept; ++k)
-            if (slot[k] == least && (int)place[0] == c) taken += (int)steps[0];
-        numbers[2 + 2 * kept + c] = (SCALAR)(sum[c] < full ? sum[c] - taken : full);
+        int left = sum[c] - (c == cell_of_last ? taken : 0);
+        numbers[2 + 2 * kept + c] = (SCALAR)(sum[c] < full ? left : full);
     }
 }
 
@@ -192,9 +193,49 @@ FN void anchors_stage_of(const bool large, const int kept, const int cells, doub
     }
 }
 
+/* The same of each lane's own pixel: numbers of pixels lie in rows. */
+FN anchors anchors_of_rows(const int kept, const int cells, const SCALAR (*row)[BLOCK_ROW], int ray,
+                           truth lane) {
+    anchors a;
+    a.nearest = lanes_of_row(row[0] + ray, lane);
+    a.farthest = lanes_of_row(row[1] + ray, lane);
+    for (int k = 0; k < kept; ++k) a.word[k] = lanes_of_row(row[2 + k] + ray, lane);
+    for (int k = 0; k < kept; ++k) a.absorbed[k] = lanes_of_row(row[2 + kept + k] + ray, lane);
+    for (int c = 0; c < kept + cells; ++c)
+        a.cell[c] = lanes_of_row(row[2 + 2 * kept + c] + ray, lane);
+    return a;
+}
+
+/* Of pixels with few fragments each, which share vectors. */
+FN void anchor_absorbed_in_blocks(const int kept, const int cells, int pixels,
+                                  const int32_t *offsets, const SCALAR *word, const SCALAR *own,
+                                  const SCALAR *numbers, SCALAR *out) {
+    enum { MOST = MOIT_ANCHOR_NUMBERS(MOST_KEPT, MOST_CELLS) };
+    ray_block block;
+    SCALAR row[MOST][BLOCK_ROW];
+    const int each = MOIT_ANCHOR_NUMBERS(kept, cells);
+    memset(row, 0, sizeof row);
+    for (int p = 0; p < pixels;) {
+        p = next_block(&block, p, pixels, offsets);
+        for (int r = 0; r < block.rays; ++r)
+            for (int k = 0; k < each; ++k) row[k][r] = numbers[(int64_t)block.pixel[r] * each + k];
+        for (int i = block.first; i < block.end; i += LANES) {
+            truth lane;
+            int ray = first_ray(&block, i, &lane);
+            anchors a = anchors_of_rows(kept, cells, row, ray, lane);
+            real x = anchor_absorbed(kept, cells, a, load(word + i), own ? load(own + i) : K(0.0));
+            store(out + i, exponential(-x));
+        }
+    }
+}
+
 FN void anchor_absorbed_of(const int kept, const int cells, int pixels, const int32_t *offsets,
                            const SCALAR *word, const SCALAR *own, const SCALAR *numbers,
                            SCALAR *out) {
+    if (offsets[pixels] - offsets[0] < LANES * pixels) {
+        anchor_absorbed_in_blocks(kept, cells, pixels, offsets, word, own, numbers, out);
+        return;
+    }
     for (int p = 0; p < pixels; ++p, numbers += 2 + 3 * kept + cells) {
         const anchors a = anchors_of(kept, cells, numbers);
         for (int i = offsets[p]; i < offsets[p + 1]; i += LANES)

@@ -24,6 +24,7 @@
 #include "core/stages/words.h"
 #include "core/stages/columns.h"
 #include "core/stages/half_moments.h"
+#include "core/stages/slice_network.h"
 #include "core/stages/moment_transparency.h"
 #include "core/stages/targets.h"
 #include "core/stages/order.h"
@@ -93,6 +94,12 @@ const moit_stages TABLE = {
     .slice_marks = slice_marks_stage,
     .slice_fetch = slice_fetch_stage,
     .slice_sums = slice_sums_stage,
+    .own_codes = own_codes_stage,
+    .covered_extents = covered_extents_stage,
+    .own_places = own_places_stage,
+    .sums_around = sums_around_stage,
+    .learnt_absorbance = learnt_absorbance_stage,
+    .slice_features = slice_features_stage,
     .scaled_absorbance = scaled_absorbance_stage,
     .half_absorbance = half_absorbance_stage,
     .occluded = occluded_stage,

@@ -336,6 +336,31 @@ typedef struct moit_stages {
                        const int32_t *slot, const void *near, const void *far,
                        const int32_t *asked_offsets, const int32_t *asked_slot, bool all,
                        void *before, void *at, void *behind, uint32_t *sums);
+    /* Of slices that stand in the extent (pixels, 2) of what covers anything in each pixel, and
+     * which a network reads: codes of fragments at z in [-1, 1]; where z is among `count` slices,
+     * twice the first of the two around it, and what these two get of codes, or of NULL nothing.
+     * slot, inside, near, far: padded. */
+    void (*own_codes)(double scale, double most, int n, const void *z, const void *absorbance,
+                      const uint32_t *row, const uint32_t *column, void *code);
+    void (*covered_extents)(int pixels, const int32_t *offsets, const void *z, const void *alpha,
+                            double *extents);
+    void (*own_places)(int count, int pixels, const int32_t *offsets, const void *z,
+                       const double *extents, const void *code, int32_t *slot, void *inside,
+                       void *near, void *far);
+    /* Sums around the places asked about, as kernels/slice_network.h has them, `stride` apart;
+     * sums: of the last pixel that has such places, as slice_sums. */
+    void (*sums_around)(int count, uint32_t most, int pixels, const int32_t *offsets,
+                        const int32_t *slot, const void *near, const void *far,
+                        const int32_t *asked_offsets, const int32_t *asked_slot, int64_t stride,
+                        void *around, uint32_t *sums);
+    /* T of places, or with `absorbed` -ln T, by what the network says; code: NULL where there are
+     * no fragments. And what it sees, number by number, `column` apart. */
+    void (*learnt_absorbance)(int n, const void *around, int64_t stride, const void *inside,
+                              const void *near, const void *code, const void *absorbance,
+                              double quantum, const float *network, bool absorbed, void *T);
+    void (*slice_features)(int n, const void *around, int64_t stride, const void *inside,
+                           const void *near, const void *code, const void *absorbance,
+                           double quantum, int64_t column, void *features);
     /* Of AVBOIT: what the slices in front and behind get of absorbance, each rounded by itself. */
     void (*voxel_codes)(int n, const void *absorbance, const void *joined, double scale,
                         double most, void *near, void *far);

@@ -46,9 +46,8 @@
 #define HALVES TRUTH("halves", moments.halves)
 #define WRAPPING_ZONE NUMBER("wrapping_zone", moments.wrapping_zone)
 
-#define SLICES \
-    COUNT, WARPED, RESOLUTION(1024), WHOLE("bits", slices.bits, 2, 16), \
-        WHOLE("cells", slices.cells, 64, 8192)
+#define SLICE_BITS WHOLE("bits", slices.bits, 2, 16)
+#define SLICES COUNT, WARPED, RESOLUTION(1024), SLICE_BITS, WHOLE("cells", slices.cells, 64, 8192)
 
 #define SERIES \
     COUNT, WARPED, BLOCKS, WHOLE("bits", series.bits, 16, 32), \

@@ -10,8 +10,7 @@
 
 #include <math.h>
 
-/* Where z may be out of order by rounding, in parts of its range. */
-static double blur_of(moit_precision precision) {
+double moit_slice_blur(moit_precision precision) {
     return precision == MOIT_FLOAT64 ? 0x1p-50 : 0x1p-21;
 }
 
@@ -31,19 +30,31 @@ static double hidden_of(const moit_job *job, const moit_tile *tile, int p) {
     return hidden;
 }
 
-typedef struct {
-    double at_least, at_most;
-} steps;
+moit_slice_proof moit_slice_proof_of(const moit_job *job, const moit_tile *tile, int p,
+                                     const uint32_t *sums) {
+    int n = tile->offsets[p + 1] - tile->offsets[p];
+    moit_slice_proof of = {.sums = sums,
+                           .most = moit_slice_most(job->technique),
+                           .quantum = moit_slice_quantum(job->technique),
+                           .hidden = hidden_of(job, tile, p)};
+    double high;
+    /* less than a step, and what rounding of absorbances, to 2^-22 of them, makes of it */
+    of.doubt = (1.0 + 0x1p-5) * (double)n * of.quantum;
+    moit_bounds_of_total(tile, p, &of.total, &high);
+    return of;
+}
 
-/* Steps in front of z by codes alone; infinite where a slice is full. */
-static steps steps_at(const moit_slices *slices, const moit_slice_entry *table,
-                      const uint32_t *sums, double most, double z, double blur) {
-    int first = slot_at(table, slices->cells, z - blur),
-        last = slot_at(table, slices->cells, z + blur), end = last / 2 + 2 * (last & 1);
-    steps found = {(double)sums[first / 2], (double)sums[end]};
-    for (int k = 0; k < end; ++k)
-        if ((double)(sums[k + 1] - sums[k]) >= most) found.at_most = __builtin_inf();
-    return found;
+void moit_slice_prove(const moit_slice_proof *of, int first, int end, double alpha, double *lower,
+                      double *upper) {
+    double at_most = (double)of->sums[end], own = -moit_log1p(-alpha);
+    for (int k = 0; k < end; ++k) /* a slice that is full may be any */
+        if ((double)(of->sums[k + 1] - of->sums[k]) >= of->most) at_most = __builtin_inf();
+    double in_front = at_most * of->quantum + of->doubt + of->hidden - fmin(own, 1e300);
+    double least = fmax((double)of->sums[first] * of->quantum - of->doubt, 0.0);
+    double dimmest = moit_exp(-fmax(in_front, 0.0)) * (1.0 - 0x1p-50);
+    *upper = fmin(1.0, moit_exp(-least) * (1.0 + 0x1p-50));
+    *lower = fmin(fmax(dimmest, of->total), 1.0 - 0x1p-53); /* 1 is a claim of its own */
+    if (!(*lower <= *upper)) *lower = *upper;
 }
 
 static void bound_pixel(const moit_job *job, const moit_tile *tile, const moit_slice_rows *rows,
@@ -52,24 +63,16 @@ static void bound_pixel(const moit_job *job, const moit_tile *tile, const moit_s
     moit_precision precision = job->fragments->precision;
     const int32_t *offsets = job->depths ? tile->curve_offsets : tile->offsets;
     const moit_slice_entry *table = rows->table_of[p];
-    int n = tile->offsets[p + 1] - tile->offsets[p];
-    double most = moit_slice_most(job->technique), quantum = slices->quantum,
-           hidden = hidden_of(job, tile, p), total, high;
-    /* less than a step, and what rounding of absorbances, to 2^-22 of them, makes of it */
-    double doubt = (1.0 + 0x1p-5) * (double)n * quantum;
+    double blur = moit_slice_blur(precision);
     if (!slices->table) moit_slices_own_table(job, slices, tile, rows, p);
     moit_slices_sum(job, slices, tile, rows, p, 1, true);
-    moit_bounds_of_total(tile, p, &total, &high);
+    moit_slice_proof proof = moit_slice_proof_of(job, tile, p, rows->sums);
     for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
-        double z = moit_number(precision, job->depths ? tile->curve_z : tile->z, i), own = 0.0;
-        steps found = steps_at(slices, table, rows->sums, most, z, blur_of(precision));
-        if (!job->depths) own = -moit_log1p(-moit_number(precision, tile->alpha, i));
-        double in_front = found.at_most * quantum + doubt + hidden - fmin(own, 1e300);
-        double least = fmax(found.at_least * quantum - doubt, 0.0);
-        double dimmest = moit_exp(-fmax(in_front, 0.0)) * (1.0 - 0x1p-50);
-        upper[i] = fmin(1.0, moit_exp(-least) * (1.0 + 0x1p-50));
-        lower[i] = fmin(fmax(dimmest, total), 1.0 - 0x1p-53); /* 1 is a claim of its own */
-        if (!(lower[i] <= upper[i])) lower[i] = upper[i];
+        double z = moit_number(precision, job->depths ? tile->curve_z : tile->z, i);
+        double alpha = job->depths ? 0.0 : moit_number(precision, tile->alpha, i);
+        int first = slot_at(table, slices->cells, z - blur),
+            last = slot_at(table, slices->cells, z + blur);
+        moit_slice_prove(&proof, first / 2, last / 2 + 2 * (last & 1), alpha, lower + i, upper + i);
     }
 }
 

@@ -1,6 +1,7 @@
 /* A tile's own room, places of its fragments in slices, and what pixels keep of them. */
 #include "core/techniques/slices.h"
 
+#include "core/pieces.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -8,18 +9,7 @@
 
 /* ---- Room ------------------------------------------------------------------------------------ */
 
-typedef struct {
-    char *memory; /* NULL: it only counts */
-    size_t used;
-} room;
-
-static void *piece(room *r, size_t count, size_t size) {
-    void *start = r->memory ? r->memory + r->used : NULL;
-    r->used += (count * size + 63) / 64 * 64;
-    return start;
-}
-
-static moit_slice_places lay_out_places(room *r, size_t n, size_t scalar) {
+static moit_slice_places lay_out_places(pieces *r, int64_t n, size_t scalar) {
     return (moit_slice_places){
         .cell = piece(r, n, scalar),
         .inside = piece(r, n, scalar),
@@ -40,9 +30,9 @@ static moit_slice_places lay_out_places(room *r, size_t n, size_t scalar) {
     };
 }
 
-static moit_slice_rows lay_out(const moit_job *job, int fragments, int pixels, room *r) {
+static moit_slice_rows lay_out(const moit_job *job, int fragments, int pixels, pieces *r) {
     const moit_technique *t = job->technique;
-    size_t n = (size_t)fragments, points = (size_t)(pixels * job->depths + MOIT_PADDING);
+    int64_t n = fragments, points = pixels * job->depths + MOIT_PADDING;
     int corners = t->kind == MOIT_AVBOIT && t->slices.cubic && t->resolution > 1 ? 16 : 4;
     return (moit_slice_rows){
         .corners = corners,
@@ -53,24 +43,24 @@ static moit_slice_rows lay_out(const moit_job *job, int fragments, int pixels, r
         .far = piece(r, n, job->scalar),
         .row = piece(r, n, sizeof(uint32_t)),
         .column = piece(r, n, sizeof(uint32_t)),
-        .corner = piece(r, (size_t)corners * (size_t)pixels, sizeof(int64_t)),
-        .share = piece(r, (size_t)corners * (size_t)pixels, sizeof(double)),
-        .table_of = piece(r, (size_t)pixels, sizeof(const moit_slice_entry *)),
-        .sums_of = piece(r, (size_t)pixels, sizeof(const uint32_t *)),
+        .corner = piece(r, (int64_t)corners * pixels, sizeof(int64_t)),
+        .share = piece(r, (int64_t)corners * pixels, sizeof(double)),
+        .table_of = piece(r, pixels, sizeof(const moit_slice_entry *)),
+        .sums_of = piece(r, pixels, sizeof(const uint32_t *)),
         .sums = piece(r, MOIT_MOST_SLICES + 3 + MOIT_PADDING, sizeof(uint32_t)),
-        .table = piece(r, (size_t)job->technique->slices.cells, sizeof(moit_slice_entry)),
+        .table = piece(r, job->technique->slices.cells, sizeof(moit_slice_entry)),
         .words = piece(r, MOIT_MOST_SLICE_CELLS / 64, sizeof(uint64_t)),
     };
 }
 
 size_t moit_slices_scratch(const moit_job *job, int fragments, int pixels) {
-    room r = {NULL, 0};
+    pieces r = {NULL, 0};
     lay_out(job, fragments, pixels, &r);
     return r.used;
 }
 
 moit_slice_rows moit_slice_rows_of(const moit_job *job, const moit_tile *tile) {
-    room r = {tile->own, 0};
+    pieces r = {tile->own, 0};
     return lay_out(job, tile->given + MOIT_PADDING, tile->cut, &r);
 }
 
@@ -85,19 +75,7 @@ const moit_slice_places *moit_slice_places_of(const moit_job *job, const moit_sl
 /* ---- Places ---------------------------------------------------------------------------------- */
 
 void moit_slices_place(const moit_job *job, moit_tile *tile, const moit_slice_rows *rows) {
-    const moit_fragments *f = job->fragments;
-    int64_t width = f->width ? f->width : f->pixels;
-    for (int p = 0; p < tile->pixels; ++p) {
-        int64_t pixel = moit_pixel_at(tile, p);
-        uint32_t row = (uint32_t)(f->top + pixel / width),
-                 column = (uint32_t)(f->left + pixel % width);
-        for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) {
-            rows->row[i] = row;
-            rows->column[i] = column;
-        }
-    }
-    memset(rows->row + tile->fragments, 0, MOIT_PADDING * sizeof *rows->row);
-    memset(rows->column + tile->fragments, 0, MOIT_PADDING * sizeof *rows->column);
+    moit_display_places(job, tile, rows->row, rows->column);
     double most = moit_slice_most(job->technique);
     job->stages->absorbance(tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
     moit_warp_tile(job, tile);

@@ -119,6 +119,10 @@ double moit_slice_most(const moit_technique *technique) {
     return (double)((1 << technique->slices.bits) - 1);
 }
 
+double moit_slice_quantum(const moit_technique *technique) {
+    return moit_slice_depth_of_most(technique) / moit_slice_most(technique);
+}
+
 int64_t moit_slice_region_side(const moit_technique *technique) {
     switch (technique->slices.table) {
     case MOIT_TABLE_IMAGE: return 0;

@@ -134,7 +134,7 @@ moit_status moit_slices_make(moit_job *job, const moit_slices *how, bool tables_
     slices->blocks = moit_squares_of(f, side);
     slices->cells = technique->slices.cells;
     slices->slots = technique->count;
-    slices->quantum = moit_slice_depth_of_most(technique) / moit_slice_most(technique);
+    slices->quantum = moit_slice_quantum(technique);
     making m = {.slices = slices};
     moit_status status = MOIT_OK;
     if (region != 1 || tables_alone) status = make_tables(job, &m);

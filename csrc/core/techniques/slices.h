@@ -36,6 +36,8 @@ typedef struct moit_slices {
 double moit_slice_most(const moit_technique *technique);
 double moit_slice_depth_of_most(const moit_technique *technique);
 
+double moit_slice_quantum(const moit_technique *technique); /* optical depth of a step */
+
 /* A side in pixels of what has a table; 0: the image is one. */
 int64_t moit_slice_region_side(const moit_technique *technique);
 
@@ -96,6 +98,23 @@ void moit_slices_own_table(const moit_job *job, const moit_slices *slices, const
 void moit_slices_sum(const moit_job *job, const moit_slices *slices, const moit_tile *tile,
                      const moit_slice_rows *rows, int first, int n, bool all);
 
+/* What the slices of a pixel prove: sums before each, their most, what codes do not tell. */
+typedef struct moit_slice_proof {
+    const uint32_t *sums;
+    double most, quantum, doubt, hidden, total;
+} moit_slice_proof;
+
+/* Of the tile's pixel p, after tile->total is known. */
+moit_slice_proof moit_slice_proof_of(const moit_job *job, const moit_tile *tile, int p,
+                                     const uint32_t *sums);
+
+/* Between which transmittances a place is that has all slices before `first` in front of it, and
+ * none from `end` on; alpha: of the fragment there, or 0. */
+void moit_slice_prove(const moit_slice_proof *of, int first, int end, double alpha, double *lower,
+                      double *upper);
+
+/* Where z may be out of order by rounding, in parts of its range. */
+double moit_slice_blur(moit_precision precision);
 /* The same fragments as a job of four power moments. */
 moit_job moit_slices_job_of_moments(const moit_job *job, moit_technique *moments);
 

@@ -53,23 +53,6 @@ static sampling lay_out(const moit_tile *tile) {
     return s;
 }
 
-/* Where each fragment's pixel is, also behind the last, for the lanes there. */
-static void place_fragments(const moit_job *job, const moit_tile *tile, const sampling *s) {
-    const moit_fragments *f = job->fragments;
-    int64_t width = f->width ? f->width : f->pixels;
-    for (int p = 0; p < tile->pixels; ++p) {
-        int64_t pixel = moit_pixel_at(tile, p);
-        uint32_t row = (uint32_t)(f->top + pixel / width);
-        uint32_t column = (uint32_t)(f->left + pixel % width);
-        for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) {
-            s->row[i] = row;
-            s->column[i] = column;
-        }
-    }
-    memset(s->row + tile->fragments, 0, MOIT_PADDING * sizeof *s->row);
-    memset(s->column + tile->fragments, 0, MOIT_PADDING * sizeof *s->column);
-}
-
 /* twin[i] = how many fragments of the same key are in its pixel before it. */
 static void count_twins(const moit_tile *tile, const sampling *s) {
     for (int p = 0; p < tile->pixels; ++p) {
@@ -92,7 +75,7 @@ static sampling sample_tile(const moit_job *job, const moit_tile *tile) {
     sampling s = lay_out(tile);
     int samples = samples_of(job);
     bool stratified = technique->kind == MOIT_STOCHASTIC && technique->sampling.stratified;
-    place_fragments(job, tile, &s);
+    moit_display_places(job, tile, s.row, s.column);
     job->stages->fragment_keys(tile->fragments, technique->sampling.seed, s.row, s.column,
                                tile->depth, tile->alpha, s.key);
     count_twins(tile, &s);
