@@ -291,7 +291,8 @@ def _over_pixels(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
     """The sum of rows of three; of 64 at once, as NumPy adds up short rows one by one."""
     most = len(numbers) // 64 * 64
     together = numbers[:most].reshape(-1, 64 * 3).sum(axis=0)
-    return together.reshape(64, 3).sum(axis=0) + numbers[most:].sum(axis=0)
+    found: NDArray[np.float64] = together.reshape(64, 3).sum(axis=0) + numbers[most:].sum(axis=0)
+    return found
 
 
 def checked_seed(given: ArrayLike, name: str, shape: tuple[int, ...], dtype: DTypeLike) -> Array:
