@@ -1,6 +1,7 @@
 /* Backwards through what moments by themselves say: for arrays of a caller. */
 #include "moit_gradients.h"
 
+#include "core/elementary.h"
 #include "core/adjoints/moments.h"
 #include "core/adjoints/wide_bounds.h"
 #include "core/system.h"
@@ -132,7 +133,7 @@ static void pull_wide(const pulling *job, const block *o, int p, int i, const do
     double share = lower ? 1.0 - mean : mean, absorbed = o->b0[p] * share;
     if (lower) absorbed -= own;
     if (!(absorbed > 0.0)) by = 0.0;
-    by *= -exp(-absorbed);
+    by *= -moit_exp(-absorbed);
     o->by_b0[p] += by * share;
     if (lower) o->by_own[i] -= by;
     double by_mean = (lower ? -by : by) * o->b0[p];
@@ -186,7 +187,8 @@ static moit_status pull_block(void *context, int64_t item, int thread) {
     memset(o.by_own, 0, (size_t)points * sizeof *o.by_own);
     for (int i = 0; given->alpha && i < points; ++i) {
         double alpha = moit_number(job->precision, given->alpha, at + i);
-        o.own[i] = -log1p(-(job->scales ? alpha * job->max_alpha : fmin(alpha, job->max_alpha)));
+        o.own[i] =
+            -moit_log1p(-(job->scales ? alpha * job->max_alpha : fmin(alpha, job->max_alpha)));
     }
     moit_moments_read(job->precise, MOIT_FLOAT64, job->technique, &job->zone, job->bias, pixels,
                       o.b, o.double_b, o.rules);
