@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from types import SimpleNamespace
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 # Training multiplies small matrices: threads that wait for one another, beside as many processes of
 # tests as there are processors, take twenty times as long. NumPy is not loaded yet.
@@ -25,7 +25,9 @@ os.environ.setdefault("LP_NATIVE_VECTOR_WIDTH", "128")
 
 # The same examples in each run, on however slow a machine: a suite that fails by chance tells
 # nothing of the commit that it fails on. `pytest --hypothesis-profile=default` looks for others.
-settings.register_profile("same", derandomize=True, deadline=None)
+settings.register_profile(
+    "same", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.load_profile("same")
 
 # Begun first: files of which one test, or what all its tests wait for, takes longest. A process of
