@@ -6,7 +6,9 @@
 
 Both trees are asked in turn, each in a process of its own, so that whatever else the machine does
 falls on both alike. Of each question the best time of the rounds counts: by the clock, and of
-processors, which says more where others use the machine.
+processors, which says more where others use the machine. Beside composites that do little and the
+checks of Fragments stands at what share of the rate at which a thread reads memory, in the same
+rounds, they read and write what they have to.
 """
 
 from __future__ import annotations
@@ -28,6 +30,8 @@ ROOT = Path(__file__).resolve().parents[1]
 COMMIT = "9602156"
 SIMPLE = ("unsorted", "weighted-average", "wboit")
 DENSE, SPARSE, SINGLE = "16", "geometric 4", "1"  # fragments a pixel
+MEMORY = "memory"  # the question that reads so many bytes
+READ = 256 << 20
 SIZE = (640, 360)
 COMPARED = (
     *("unsorted", "weighted-average", "wboit", "sorted", "power4", "power6", "power8", "trig2"),
@@ -40,6 +44,7 @@ class Row:
     """What is asked of both trees, and how many times as fast this one was to be.
 
     against : a question of this tree alone that the row is held against; None: the older tree.
+    bound : it may be bound by memory.
     """
 
     what: str
@@ -47,6 +52,7 @@ class Row:
     floor: float
     aim: float
     against: str | None = None
+    bound: bool = False
 
 
 def _composites(names: tuple[str, ...], layout: str) -> tuple[str, ...]:
@@ -55,9 +61,10 @@ def _composites(names: tuple[str, ...], layout: str) -> tuple[str, ...]:
 
 def _rows(compared: bool) -> Iterator[Row]:
     for name in SIMPLE:
-        yield Row(f"{name}, 16 a pixel", _composites((name,), DENSE), 2.0, 3.0)
+        yield Row(f"{name}, 16 a pixel", _composites((name,), DENSE), 2.0, 3.0, bound=True)
     for name in SIMPLE:
-        yield Row(f"{name}, geometric mean 4", _composites((name,), SPARSE), 2.5, 4.0)
+        asked = _composites((name,), SPARSE)
+        yield Row(f"{name}, geometric mean 4", asked, 2.5, 4.0, bound=True)
     for layout in (DENSE, SPARSE):
         yield Row(f"sorted, {_said(layout)}", _composites(("sorted",), layout), 1.5, 2.0)
     for layout, floor, aim in ((DENSE, 1.25, 1.6), (SPARSE, 1.6, 2.0), (SINGLE, 2.5, 4.0)):
@@ -65,7 +72,8 @@ def _rows(compared: bool) -> Iterator[Row]:
     for name in ("power6", "trig3", "neural-bounded"):
         yield Row(f"{name}, geometric mean 4", _composites((name,), SPARSE), 1.4, 1.8)
     for layout in (DENSE, SINGLE):
-        yield Row(f"Fragments(...), {_said(layout)}", (f"fragments/{layout}",), 3.0, 3.0)
+        asked = (f"fragments/{layout}",)
+        yield Row(f"Fragments(...), {_said(layout)}", asked, 3.0, 3.0, bound=True)
     for name, floor, aim in (("power4", 12, 20), ("power6", 20, 40), ("power8", 20, 40)):
         yield Row(
             f"bare {name}, one depth a pixel, against diffmoments",
@@ -137,6 +145,24 @@ class Asked:
         b0, b = moit.moments.gather(self._fragments(DENSE)(), name)
         z = np.random.default_rng(1).uniform(-1, 1, (len(b0), 1)).astype(np.float32)
         return b0, b, z
+
+    def bytes_of(self, question: str) -> int:
+        """What that question has to read and write: arrays of fragments, offsets, the image."""
+        kind, *rest = question.split("/")
+        offsets, depth, alpha, color = self.arrays(rest[-1])
+        read = int(offsets.nbytes + alpha.nbytes + color.nbytes)
+        if kind == "fragments":
+            return read + int(depth.nbytes)
+        by_depth = rest[0] not in ("unsorted", "weighted-average")
+        return read + by_depth * int(depth.nbytes) + 16 * (len(offsets) - 1)
+
+    def _memory(self) -> Callable[[], Any]:
+        from moit.benching import rivals
+
+        try:
+            return rivals.bytes_read(READ >> 20, self.threads)
+        except rivals.Missing as missing:
+            raise LookupError(str(missing)) from None
 
     def _bare(self, name: str) -> Callable[[], Any]:
         import moit
@@ -258,16 +284,15 @@ def measured(rows: list[Row], args: argparse.Namespace) -> Iterator[list[str]]:
     trees["new"] = Tree(new, args.fragments, args.threads)
     asked = [(row, question) for row in rows for question in row.questions]
     best: dict[tuple[str, str], tuple[float, float] | str] = {}
+    sizes = Asked(args.fragments, args.threads)
     for _ in range(args.rounds + 1):  # the first warms up
+        best["new", MEMORY] = _better(best.get(("new", MEMORY)), trees["new"].seconds(MEMORY))
         for row, question in asked:
             pairs = [("new", question), ("old", question)]
             if row.against:
                 pairs = [("new", question), ("new", row.against)]
             for side, one in pairs:
-                found, before = trees[side].seconds(one), best.get((side, one))
-                if isinstance(found, tuple) and isinstance(before, tuple):
-                    found = (min(found[0], before[0]), min(found[1], before[1]))
-                best[side, one] = found
+                best[side, one] = _better(best.get((side, one)), trees[side].seconds(one))
     for tree in trees.values():
         tree.end()
     for row in rows:
@@ -276,15 +301,26 @@ def measured(rows: list[Row], args: argparse.Namespace) -> Iterator[list[str]]:
         theirs = best["new", row.against] if row.against else best["old", question]
         wanted = [f"{row.floor:g}", f"{row.aim:g}"]
         if isinstance(ours, str) or isinstance(theirs, str):
-            yield [row.what, "-", "-", "-", *wanted]
+            yield [row.what, "-", "-", "-", "-", *wanted]
             continue
+        memory, share = best["new", MEMORY], "-"
+        if row.bound and isinstance(memory, tuple):
+            share = f"{sizes.bytes_of(question) / ours[1] / (READ / memory[1]):.0%}"
         counts = "-"
         if args.instructions and not row.against:
             both = [instructions(root, question, 1 << 16) for root in (old, new)]
             if both[0] and both[1]:
                 counts = f"{both[0]:.1f} to {both[1]:.1f}"
         ratios = [f"{theirs[k] / ours[k]:.2f}" for k in (0, 1)]
-        yield [row.what, *ratios, counts, *wanted]
+        yield [row.what, *ratios, counts, share, *wanted]
+
+
+def _better(
+    before: tuple[float, float] | str | None, found: tuple[float, float] | str
+) -> tuple[float, float] | str:
+    if isinstance(found, str) or not isinstance(before, tuple):
+        return found
+    return min(found[0], before[0]), min(found[1], before[1])
 
 
 def main() -> None:
@@ -302,7 +338,7 @@ def main() -> None:
         serve(args.fragments, args.threads)
         return
     rows = [row for row in _rows(args.compare) if args.only in row.what]
-    head = ["what", "by the clock", "of processors", "instructions", "floor", "aim"]
+    head = ["what", "by the clock", "of processors", "instructions", "of memory", "floor", "aim"]
     print("| " + " | ".join(head) + " |")
     print("|" + "---|" * len(head))
     for row in measured(rows, args):

@@ -80,16 +80,23 @@ class Reference:
         height, width = self._image.shape[:2]
         return height, width
 
+    def __reduce__(self) -> tuple[type[Reference], tuple[NDArray[Any]]]:
+        return Reference, (self._image,)  # what is kept is found again
+
+    def __repr__(self) -> str:
+        height, width = self.shape
+        return f"Reference({height}x{width})"
+
     def errors(
         self, image: ArrayLike, names: Iterable[str] = NAMES, *, threads: int | None = None
     ) -> dict[str, float]:
         """Errors of an image by their names, in this order: the same bits as `moit.errors`.
 
-        image : (H, W, 3 or 4) of the reference's height and width.
+        image : (H, W, 3 or 4) of the reference's height and width. names : or one.
 
         Raises ValueError where a name is not in `NAMES`, and what `moit.metrics` says of images.
         """
-        wanted = tuple(names)
+        wanted = (names,) if isinstance(names, str) else tuple(names)
         for name in wanted:
             if name not in NAMES:
                 raise ValueError(f"names: expected some of {', '.join(NAMES)}, got {name!r:.80}")
@@ -301,6 +308,8 @@ def _contiguous(array: NDArray[Any], name: str, double: bool = False) -> NDArray
 
 
 def _floats(value: ArrayLike, name: str) -> NDArray[Any]:
+    if isinstance(value, Reference):
+        raise TypeError(f"{name}: expected an array; a Reference has `errors` of its own")
     try:
         array = as_array(value, name)
     except FragmentsTypeError as error:

@@ -1,4 +1,4 @@
-"""The C core and its suite for aarch64, on this machine: python tests/aarch64.py
+"""The C core and its suite for aarch64, on this machine: python tests/aarch64.py [--objects FOLDER]
 
 Compiles them with a cross compiler, runs each program under an emulator of user processes, and
 holds the digests of every answer against those of this machine's own compiler. On Debian:
@@ -48,13 +48,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("programs", nargs="*", default=program_names(), help="default: all")
     parser.add_argument("--into", type=Path, default=ROOT / "build" / "aarch64")
+    parser.add_argument(
+        "--objects", type=Path, help="this machine's of csrc, if compiled: build/temp.*/csrc"
+    )
     parser.add_argument("--seconds", type=float, default=3600.0, help="that a program may take")
     options = parser.parse_args()
     before = emulator()
-    for compiler, folder in ((COMPILER, "cross"), ("gcc", "native")):
+    for compiler, folder, objects in (
+        ("gcc", "native", options.objects),
+        (COMPILER, "cross", None),
+    ):
         into = options.into / folder
         into.mkdir(parents=True, exist_ok=True)
-        build(compiler, into, flags=[])
+        build(compiler, into, flags=[], objects=objects)
     failed = 0
     for name in options.programs:
         try:

@@ -8,6 +8,7 @@ from readings import kit_shaders, kits
 
 import moit
 from moit.kit.including import LANGUAGES
+from moit.kit.own_range import EXTENTS
 
 OWN = moit.technique("power4(depth_range='pixel')")
 LINEAR = moit.technique("power4(depth_range='pixel',warp='linear')")
@@ -89,3 +90,8 @@ def test_a_lone_surface_of_a_network_lies_in_the_middle_whatever_its_word(langua
 )
 def test_its_shaders_are_valid(name, language):
     kit_shaders.validate(kits.include(moit.technique(name), language))
+
+
+def test_extents_begin_beyond_any_depth():
+    (extents,) = EXTENTS  # the greatest of -depth and of depth, of float32
+    assert -np.finfo(np.float32).max < extents.clear < -0.88 * np.finfo(np.float32).max

@@ -8,6 +8,7 @@ import pytest
 
 import moit
 from moit import Camera, Mesh, MeshError
+from moit.geometry.light import light_numbers
 
 PLACE = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
 FACES = [[0, 1, 2], [0, 2, 3]]
@@ -176,3 +177,16 @@ def test_a_texture_needs_to_know_where_it_lies():
     texture = moit.Texture(np.zeros((2, 2, 3)))
     with pytest.raises(MeshError, match="texture: needed uv"):
         moit.Mesh([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], texture=texture)
+
+
+def test_lights_are_as_bright_however_long_their_direction_is_written():
+    camera = moit.Camera((0, 0, 3), (1, 2, 0))
+    (row,) = light_numbers([moit.Light((0, -3, 4), color=(1, 0.5, 2))], camera)
+    np.testing.assert_allclose(row[:3], camera.axes @ (0, -0.6, 0.8), atol=1e-15)
+    assert row[3:].tolist() == [1, 0.5, 2]
+
+
+def test_what_lets_light_through_is_known_by_the_corners_of_its_triangles():
+    vertices = np.arange(21.0).reshape(7, 3)  # the last is no triangle's
+    mesh = moit.Mesh(vertices, [[2, 0, 1], [3, 4, 5]], alpha=[0.5] * 3 + [1.0] * 4)
+    np.testing.assert_array_equal(mesh.transparent_points, vertices[:3])

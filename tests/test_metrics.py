@@ -1,5 +1,6 @@
 """Errors of images: against NumPy, scikit-image and flip-evaluator, and what must hold of any."""
 
+import pickle
 import signal
 import subprocess
 import sys
@@ -499,6 +500,13 @@ def test_a_reference_gives_every_image_the_same_bits_as_a_pair(monkeypatch, kept
             assert metric(name)[0](image, base) == expected[name]
 
 
+def test_a_reference_goes_to_other_processes_and_takes_one_name():
+    base = waves(6, 20, 30)
+    reference = pickle.loads(pickle.dumps(metrics.Reference(base)))
+    assert repr(reference) == "Reference(20x30)"
+    assert reference.errors(base + 0.1, "flip") == {"flip": metrics.flip(base + 0.1, base)}
+
+
 def test_threads_may_share_a_reference():
     base = waves(6, 130, 70)
     images = [base + 0.01 * i for i in range(8)]
@@ -510,6 +518,9 @@ def test_threads_may_share_a_reference():
 
 def test_a_reference_says_what_does_not_fit():
     reference = metrics.Reference(np.zeros((12, 13, 3)))
+    for wrong in (metrics.flip, metrics.ssim_map, metrics.errors):
+        with pytest.raises(TypeError, match=r"reference: .*a Reference has `errors` of its own"):
+            wrong(np.zeros((12, 13, 3)), reference)
     with pytest.raises(ValueError, match=r"image is 13 x 12 .* and reference 12 x 13"):
         reference.errors(np.zeros((13, 12, 3)))
     with pytest.raises(ValueError, match=r"names: expected some of mse, .*, got 'sharpness'"):

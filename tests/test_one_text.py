@@ -181,12 +181,26 @@ def test_gauss_rules_are_the_same_bits_in_glsl(rays, count):
 @for_every_count
 def test_rules_stored_as_float_keep_what_rounding_took(rays, count):
     _, b = moit.moments.gather(rays, published(count), dtype=np.float32)
-    single, double = rules_in_glsl(b), rules_in_glsl(b.astype(np.float64))
+    single, wide = rules_in_glsl(b), b.astype(np.float64)
+    double = c.power_rules(wide, PUBLISHED_BIAS[count], BIAS_VECTOR[count], LEAST_PIVOT, True)
     nodes = count // 2
     np.testing.assert_array_equal(single[:, :nodes], double[:, :nodes].astype(np.float32))
+    np.testing.assert_array_equal(single[:, 2 * nodes :], double[:, 2 * nodes :].astype(np.float32))
     both = single[:, :nodes].astype(np.float64) + single[:, nodes : 2 * nodes]
     # twice 24 bits, of nodes that lie in [-2, 2]
     np.testing.assert_allclose(both, double[:, :nodes], rtol=0, atol=2.0**-47)
+
+
+@for_every_count
+def test_rules_of_floats_need_no_pairs_of_numbers(rays, count):
+    """With the default bias of floats, a tenth of what covers their rounding, and the least pivot
+    that goes with it, single numbers give the rules of pairs to far below a float's digits."""
+    _, b = moit.moments.gather(rays, published(count), dtype=np.float32)
+    given = b.astype(np.float64), 5e-8, BIAS_VECTOR[count], 2.0**-24
+    plain, pairs = (c.power_rules(*given, floats) for floats in (True, False))
+    nodes = count // 2
+    np.testing.assert_allclose(plain[:, :nodes], pairs[:, :nodes], rtol=0, atol=2e-8)
+    np.testing.assert_allclose(plain[:, 2 * nodes :], pairs[:, 2 * nodes :], rtol=2e-6)
 
 
 @in_both_sizes

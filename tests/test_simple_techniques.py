@@ -1,5 +1,7 @@
 """Sorted, unsorted and weighted techniques against their papers' formulas in NumPy float64."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from oracle import blends
@@ -431,3 +433,19 @@ def test_dtype_asks_for_a_precision(technique):
     )  # fmt: skip
     assert (moit.composite(wide, technique) == found).all()
     assert moit.transmittance(wide, technique, dtype=np.float32).dtype == np.float32
+
+
+def test_layers_of_one_opacity_cover_what_they_do_in_rational_numbers():
+    """Up to 16 layers are summed up, more go by a logarithm: either way all digits count."""
+    counts, alphas = np.arange(1, 21), (1e-13, 3e-5, 0.25, 0.999)
+    per_pixel = np.repeat(counts, len(alphas))
+    alpha = np.repeat(np.tile(alphas, len(counts)), per_pixel)
+    f = moit.Fragments(
+        np.concatenate([[0], np.cumsum(per_pixel)]),
+        np.ones(len(alpha)),
+        alpha,
+        np.ones((len(alpha), 3)),
+    )
+    covered = moit.composite(f, WeightedAverage(), background=(0, 0, 0)).reshape(-1, 4)[:, 0]
+    expected = [float(1 - (1 - Fraction(a)) ** int(n)) for n in counts for a in alphas]
+    np.testing.assert_allclose(covered, expected, rtol=1e-14)

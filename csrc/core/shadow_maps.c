@@ -191,7 +191,7 @@ static void read_moments(const looking *l, block *w, int n) {
         for (int k = 0; k < numbers; ++k)
             w->b[i * numbers + k] = l->opaque ? sums[k] : there ? sums[1 + k] / sums[0] : 0.0;
     }
-    stages->rules(technique->count, &zone, n, w->b, technique->moments.bias, steps.safe,
+    stages->rules(technique->count, &zone, false, n, w->b, technique->moments.bias, steps.safe,
                   steps.least, w->rules);
     stages->transmittance(technique->count, &zone, n, w->offsets, w->z, l->alpha ? w->own : NULL,
                           w->rules, w->b0, technique->moments.overestimation, false, w->T);

@@ -223,7 +223,11 @@ static int tile_length(const tiling *t, int64_t first, int64_t end) {
     const int64_t *offsets = t->job->fragments->offsets;
     int64_t limit = first + t->most_pixels < end ? first + t->most_pixels : end, last = first + 1;
     if (offsets[limit] - offsets[first] <= TILE_FRAGMENTS) return (int)(limit - first);
-    while (last < limit && offsets[last + 1] - offsets[first] <= TILE_FRAGMENTS) ++last;
+    while (limit - last > 1) { /* `limit` is too far */
+        int64_t middle = last + (limit - last) / 2;
+        if (offsets[middle] - offsets[first] <= TILE_FRAGMENTS) last = middle;
+        else limit = middle;
+    }
     return (int)(last - first);
 }
 

@@ -104,10 +104,11 @@ FN number NAMED(lowest_root_step)(real p, real c, real e[NODES], real gap[NODES]
     return next;
 }
 
-// It starts where it were with the first pole alone, and is sought no farther than `most`. Where it
-// is not `wanted`, it is not worth more than what is done for all.
-FN number NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int poles, real most,
-                             truth wanted) {
+// It starts where it were with the first pole alone, and is sought no farther than `most`, until a
+// step moves it by no more than its share `converged`. Where it is not `wanted`, it is not worth
+// more than what is done for all.
+FN number NAMED(lowest_root_to)(real converged, real p, real c, real e[NODES], real gap[NODES],
+                                int poles, real most, truth wanted) {
     const real least = K(BY_PRECISION(1e-12, 1e-60));
     real s = clamp(NAMED(positive_root)(p, c, p * e[0]), least, most);
     if (poles > 1) {
@@ -117,11 +118,16 @@ FN number NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int
             real next = clamp(NAMED(lowest_root_step)(p, c, e, gap, poles, s), least, most);
             real moved = abs(next - s);
             s = select(more, next, s);
-            more = BOTH(more, moved > CONVERGED * s);
+            more = BOTH(more, moved > converged * s);
             BREAK_UNLESS(more);
         }
     }
     return s;
+}
+
+FN number NAMED(lowest_root)(real p, real c, real e[NODES], real gap[NODES], int poles, real most,
+                             truth wanted) {
+    return NAMED(lowest_root_to)(CONVERGED, p, c, e, gap, poles, most, wanted);
 }
 
 // A root between two neighbouring poles: its distances from both.

@@ -12,6 +12,7 @@ STRUCT(NAMED(recurrence)) {
     number a[NODES];
     number square[NODES + 1];
     number lowest;
+    number converged; // to what nodes are worth being found (lowest_root_to)
 };
 
 // Before that, b moves toward the moments of a fixed, far from degenerate distribution, by as much
@@ -28,6 +29,7 @@ FN NAMED(recurrence)
         here[i] = pair_sum(pair_of(b), pair_product(pair_of(bias), exact_sum(safe.b[i - 1], -b)));
     }
     for (int i = 0; i <= 2 * NODES; ++i) before[i] = pair_of(K(0.0));
+    r.converged = CONVERGED;
     r.square[0] = K(1.0);
     r.lowest = K(1.0);
     pair a = here[1];
@@ -64,27 +66,109 @@ FN NAMED(recurrence)
     return r;
 }
 
-// The roots of x - level = sum of e_i / (x - g_i), i < k, one in each interval that the g leave,
-// and the slope of what is left of the equals sign less what is right of it there.
-STRUCT(NAMED(roots)) {
-    number node[NODES];
-    number slope[NODES];
-};
-
-// The slope where x lies so far from the g.
-FN number NAMED(slope_at)(real apart[NODES], real e[NODES], int k) {
-    real slope = K(1.0);
-    for (int j = 0; j < k; ++j) slope = slope + e[j] / max(apart[j] * apart[j], K(1e-300));
-    return slope;
+// The same by single numbers, where `least` or what the bias adds to pivots is far above what these
+// round off: of moments that floats or fewer digits hold.
+FN NAMED(recurrence)
+    NAMED(plain_recurrence_of)(NAMED(moments) m, real bias, NAMED(moments) safe, real least) {
+    PRECISE NAMED(recurrence) r;
+    real before[2 * NODES + 1];
+    real here[2 * NODES + 1];
+    here[0] = K(1.0);
+    for (int i = 1; i <= 2 * NODES; ++i) here[i] = m.b[i - 1] + bias * (safe.b[i - 1] - m.b[i - 1]);
+    for (int i = 0; i <= 2 * NODES; ++i) before[i] = K(0.0);
+    r.converged = K(1e-3); // then they are good to ten digits
+    r.square[0] = K(1.0);
+    r.lowest = K(1.0);
+    real a = here[1];
+    real passed = a;
+    real coupling = K(0.0);
+    real inverse = K(1.0); // of the pivot
+    r.a[0] = clamp(a, K(-1.0), K(1.0));
+    truth more = EVERYWHERE;
+    for (int k = 1; k <= NODES; ++k) {
+        real next[2 * NODES + 1];
+        for (int i = 0; i <= 2 * NODES; ++i) next[i] = K(0.0);
+        for (int i = k; i <= 2 * NODES - k; ++i) {
+            next[i] = here[i + 1] - a * here[i];
+            if (k > 1) next[i] = next[i] - coupling * before[i];
+        }
+        truth enough = next[k] > least;
+        r.lowest = select(more, min(next[k], r.lowest), r.lowest);
+        real pivot = select(enough, next[k], least);
+        coupling = pivot * inverse;
+        r.square[k] = select(more, min(coupling, K(1.0)), K(0.25));
+        more = BOTH(more, enough);
+        if (k < NODES) {
+            inverse = 1.0 / pivot;
+            real quotient = next[k + 1] * inverse;
+            a = quotient - passed;
+            passed = quotient;
+            r.a[k] = select(more, clamp(a, K(-1.0), K(1.0)), K(0.0));
+        }
+        for (int i = 0; i <= 2 * NODES; ++i) {
+            before[i] = here[i];
+            here[i] = next[i];
+        }
+    }
+    return r;
 }
 
-FN NAMED(roots) NAMED(interlaced_roots)(real level, real g[NODES], real e[NODES], int k) {
+// The roots of x - level = sum of e_i / (x - g_i), i < k, one in each interval that the g leave,
+// and what it takes to move one: the inverse of the slope of what is left of the equals sign less
+// what is right of it.
+STRUCT(NAMED(roots)) {
+    number node[NODES];
+    number give[NODES];
+};
+
+// That inverse where x lies so far from the g, with one division for all.
+FN number NAMED(give_at)(real apart[NODES], real e[NODES], int k) {
+    real product = K(1.0);
+    real sum = K(0.0);
+    for (int j = 0; j < k; ++j) {
+        real square = apart[j] * apart[j];
+        sum = sum * square + e[j] * product;
+        product = product * square;
+    }
+    return product / max(sum + product, K(1e-300));
+}
+
+#if NODES > 1
+// Of one pole, on both sides of it: their distances from it multiply to e, and differ by c.
+FN NAMED(roots) NAMED(two_roots)(real level, real g, real e) {
+    PRECISE NAMED(roots) r;
+    for (int i = 0; i < NODES; ++i) {
+        r.node[i] = level;
+        r.give[i] = K(1.0);
+    }
+    real c = g - level;
+    real root = max(sqrt(c * c + 4.0 * e), K(1e-100));
+    real longer = 0.5 * (abs(c) + root);
+    real shorter = e / longer;
+    real part = 1.0 / root;
+    truth rising = c > 0.0;
+    real below = select(rising, longer, shorter);
+    real above = select(rising, shorter, longer);
+    r.node[0] = g - min(below, K(FARTHEST));
+    r.give[0] = below * part;
+    r.node[1] = g + min(above, K(FARTHEST));
+    r.give[1] = above * part;
+    return r;
+}
+#endif
+
+// `converged`: see lowest_root_to.
+FN NAMED(roots)
+    NAMED(interlaced_roots)(real level, real g[NODES], real e[NODES], int k, real converged) {
     PRECISE NAMED(roots) r;
     for (int i = 0; i < NODES; ++i) {
         r.node[i] = level; // the only one where k is 0
-        r.slope[i] = K(1.0);
+        r.give[i] = K(1.0);
     }
-    if (k > 0) {
+#if NODES > 1
+    if (k == 1) r = NAMED(two_roots)(level, g[0], e[0]);
+#endif
+    if (k > 1) {
         real turned[NODES]; // seen from the far end
         real gap[NODES];
         real turned_gap[NODES];
@@ -100,17 +184,17 @@ FN NAMED(roots) NAMED(interlaced_roots)(real level, real g[NODES], real e[NODES]
             }
         }
         real beyond = g[0] - level;
-        real below = NAMED(lowest_root)(K(1.0), beyond, e, gap, k, K(FARTHEST), EVERYWHERE);
+        real below =
+            NAMED(lowest_root_to)(converged, K(1.0), beyond, e, gap, k, K(FARTHEST), EVERYWHERE);
         r.node[0] = g[0] - below;
         for (int j = 0; j < k; ++j) apart[j] = below + gap[j];
-        r.slope[0] = NAMED(slope_at)(apart, e, k);
-        if (k > 1) beyond = level - g[k - 1];
-        else beyond = -beyond;
-        real above =
-            NAMED(lowest_root)(K(1.0), beyond, turned, turned_gap, k, K(FARTHEST), EVERYWHERE);
+        r.give[0] = NAMED(give_at)(apart, e, k);
+        beyond = level - g[k - 1];
+        real above = NAMED(lowest_root_to)(converged, K(1.0), beyond, turned, turned_gap, k,
+                                           K(FARTHEST), EVERYWHERE);
         r.node[k] = g[k - 1] + above;
         for (int j = 0; j < k; ++j) apart[j] = above + turned_gap[j];
-        r.slope[k] = NAMED(slope_at)(apart, turned, k);
+        r.give[k] = NAMED(give_at)(apart, turned, k);
         // Roots sum to level and all g. So the last is known but for what rounding did to the
         // others.
         real rest = (level + below) - above;
@@ -128,7 +212,7 @@ FN NAMED(roots) NAMED(interlaced_roots)(real level, real g[NODES], real e[NODES]
                 if (j < i) apart[j] = x.from_low - offset[j];
                 else apart[j] = x.to_high + (offset[j] - offset[i]);
             }
-            r.slope[i] = NAMED(slope_at)(apart, e, k);
+            r.give[i] = NAMED(give_at)(apart, e, k);
         }
     }
     return r;
@@ -143,21 +227,20 @@ STRUCT(NAMED(partial)) {
 
 FN NAMED(partial) NAMED(one_more_node)(NAMED(partial) fewer, NAMED(recurrence) c, int k) {
     PRECISE NAMED(partial) o;
-    NAMED(roots) found = NAMED(interlaced_roots)(c.a[k], fewer.g, fewer.e, k);
+    NAMED(roots) found = NAMED(interlaced_roots)(c.a[k], fewer.g, fewer.e, k, c.converged);
     for (int i = 0; i < NODES; ++i) {
         o.g[i] = K(0.0);
         o.e[i] = K(0.0);
         if (i <= k) {
             o.g[i] = found.node[i];
-            o.e[i] = c.square[k + 1] / found.slope[i];
+            o.e[i] = c.square[k + 1] * found.give[i];
         }
     }
     return o;
 }
 
 // The n-point Gauss rule in the form that power_moments.h explains, built up node by node.
-FN NAMED(rule) NAMED(gauss_rule)(NAMED(moments) m, real bias, NAMED(moments) safe, real least) {
-    NAMED(recurrence) c = NAMED(recurrence_of)(m, bias, safe, least);
+FN NAMED(rule) NAMED(rule_of)(NAMED(recurrence) c) {
     PRECISE NAMED(rule) r;
     PRECISE NAMED(partial) all;
     for (int i = 0; i < NODES; ++i) {
@@ -183,5 +266,14 @@ FN NAMED(rule) NAMED(gauss_rule)(NAMED(moments) m, real bias, NAMED(moments) saf
         r.g_low[i] = K(0.0);
         r.e[i] = all.e[i];
     }
+    return r;
+}
+
+// floats: 1 of moments that floats or fewer digits hold, else 0.
+FN NAMED(rule)
+    NAMED(gauss_rule)(int floats, NAMED(moments) m, real bias, NAMED(moments) safe, real least) {
+    PRECISE NAMED(rule) r;
+    if (floats == 1) r = NAMED(rule_of)(NAMED(plain_recurrence_of)(m, bias, safe, least));
+    else r = NAMED(rule_of)(NAMED(recurrence_of)(m, bias, safe, least));
     return r;
 }

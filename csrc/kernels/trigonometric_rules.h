@@ -55,14 +55,15 @@ FN NAMED(circle_recurrence) NAMED(circle_recurrence_of)(NAMED(circle_moments) m,
             mean_im = mean_im + (re[i] * m.im[i] + im[i] * m.re[i]);
         }
         real size = sqrt(mean_re * mean_re + mean_im * mean_im);
-        real left = (pivot - size) * ((pivot + size) / pivot);
+        real inverse = 1.0 / pivot;
+        real left = (pivot - size) * ((pivot + size) * inverse);
         real enough = min(least, pivot);
         truth known = left > enough;
         r.lowest = select(more, min(left, r.lowest), r.lowest);
         r.pivot[k + 1] = select(more, max(left, enough), pivot);
         // as long as the pivot says
         real shrunk = sqrt(max((pivot - enough) * pivot, K(0.0))) / max(size, K(1e-300));
-        real factor = select(more, select(known, K(1.0), shrunk), K(0.0)) / pivot;
+        real factor = select(more, select(known, K(1.0), shrunk), K(0.0)) * inverse;
         r.re[k] = mean_re * factor;
         r.im[k] = mean_im * factor;
         more = BOTH(more, known);
@@ -131,30 +132,33 @@ FN NAMED(circle_nodes)
     real re = 1.0 - (c.re[k] * fewer.phase.cosine + c.im[k] * fewer.phase.sine);
     real im = c.re[k] * fewer.phase.sine - c.im[k] * fewer.phase.cosine;
     real square = max(re * re + im * im, K(1e-30));
-    real whole = pivots + square * fewer.at_infinity;
+    real at_infinity = square * fewer.at_infinity;
+    real inverse = 1.0 / (pivots + at_infinity);
     real mean = K(0.0);
     real e[NODES];
     for (int i = 0; i < NODES; ++i) {
         e[i] = K(0.0);
         if (i < k) {
             mean = mean + fewer.weight[i] * fewer.g[i];
-            e[i] = square * fewer.weight[i] * (1.0 + fewer.g[i] * fewer.g[i]) / whole;
+            e[i] = square * fewer.weight[i] * (1.0 + fewer.g[i] * fewer.g[i]) * inverse;
         }
     }
-    real level = (2.0 * im + square * mean) / whole;
-    NAMED(roots) found = NAMED(interlaced_roots)(level, fewer.g, e, k);
+    real level = (2.0 * im + square * mean) * inverse;
+    NAMED(roots) found = NAMED(interlaced_roots)(level, fewer.g, e, k, CONVERGED);
+    real share = pivots * inverse;
     for (int i = 0; i < NODES; ++i) {
         o.g[i] = K(0.0);
         o.weight[i] = K(0.0);
         if (i <= k) {
             o.g[i] = found.node[i];
-            o.weight[i] = pivots / (whole * found.slope[i]);
+            o.weight[i] = share * found.give[i];
         }
     }
-    o.at_infinity = square * fewer.at_infinity / whole;
+    o.at_infinity = at_infinity * inverse;
     PRECISE circle_point twice;
-    twice.cosine = (re * re - im * im) / square;
-    twice.sine = 2.0 * re * im / square;
+    real of_square = 1.0 / square;
+    twice.cosine = (re * re - im * im) * of_square;
+    twice.sine = 2.0 * re * im * of_square;
     o.phase = turned(fewer.phase, twice);
     return o;
 }
@@ -186,16 +190,18 @@ FN NAMED(circle_rule)
     real g[NODES];
     for (int i = 0; i < NODES; ++i) g[i] = all.g[i];
     real back = 1.0 / zone.edge;
+    real of_turns = 1.0 / (zone.turns * K(6.283185307179586477));
+    real of_infinity = 1.0 / at_infinity;
     real sum_front = K(0.0);
     real sum_back = K(0.0);
-    r.d = c.pivot[NODES] / at_infinity;
+    r.d = c.pivot[NODES] * of_infinity;
     for (int i = 0; i < NODES; ++i) {
         real square = 1.0 + g[i] * g[i];
-        r.z[i] = arctangent(g[i]) / (zone.turns * K(6.283185307179586477));
+        r.z[i] = arctangent(g[i]) * of_turns;
         r.z_low[i] = K(0.0);
         r.g[i] = g[i];
         r.g_low[i] = K(0.0);
-        r.e[i] = all.weight[i] * square / at_infinity;
+        r.e[i] = all.weight[i] * square * of_infinity;
         r.d = r.d * (0.25 * square);
         sum_front = sum_front + r.e[i] / (back + g[i]);
         sum_back = sum_back + r.e[i] / (back - g[i]);

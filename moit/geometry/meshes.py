@@ -226,7 +226,7 @@ class Mesh:
 
     @property
     def transparent_points(self) -> Array:
-        found: Array = self.points[np.unique(self.triangles[self.transparent])]
+        found: Array = self.points[corners_of(self, self.transparent)]
         return found
 
     @classmethod
@@ -288,6 +288,13 @@ def near_origin(least: Array, most: Array) -> NDArray[np.float64]:
     # a multiple of a power of two, which parts of a scene that lie side by side often share
     step = 2.0 ** math.ceil(math.log2(extent))
     return np.asarray(np.round(middle / step) * step)
+
+
+def corners_of(mesh: Mesh, some: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
+    """(V,) whether a vertex is a corner of a triangle, or of one of those that `some` (T,) says."""
+    found = np.zeros(len(mesh.vertices), bool)
+    found[mesh.triangles if some is None else mesh.triangles[some]] = True
+    return found
 
 
 def common_origin(meshes: Sequence[Mesh], eye: ArrayLike) -> NDArray[np.float64]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.fragments.fragments import Fragments
 from moit.geometry.camera import Camera
-from moit.geometry.meshes import Mesh, altered, common_origin, mesh_arrays
+from moit.geometry.meshes import Mesh, altered, common_origin, corners_of, mesh_arrays
 from moit.geometry.rasterizer import rasterized
 
 Array = NDArray[Any]
@@ -112,7 +112,7 @@ class FromAfar(View):
         right = right / np.linalg.norm(right)
         axes = np.array([right, np.cross(right, forward), forward])
         points = np.concatenate(
-            [mesh.points[np.unique(mesh.triangles)] for mesh in meshes], dtype=np.float64
+            [mesh.points[corners_of(mesh)] for mesh in meshes], dtype=np.float64
         )
         seen = points @ axes.T
         low, high = seen.min(axis=0), seen.max(axis=0)

@@ -19,6 +19,8 @@
 #else
 #define ABSORBS 0
 #endif
+// Of what moments are stored in: 1, floats or fewer digits (kernels/power_rules.h).
+#define HELD_AS_FLOATS (double(SCALAR(0.1lf)) != 0.1lf ? 1 : 0)
 #define DRAWN (PASS == DRAW_TERMS || PASS == DRAW_ORDERED || PASS == DRAW_SHADES)
 
 #if !DRAWN

@@ -69,7 +69,7 @@ void factor(uint p) {
     for (uint other = 0u; other <= uint(SECOND_RULE); ++other) {
         moments m;
         for (uint k = 0u; k < NUMBERS; ++k) m.b[k] = doubles[at + k];
-        rule r = gauss_rule(m, bias, far_from_degenerate, least);
+        rule r = gauss_rule(HELD_AS_FLOATS, m, bias, far_from_degenerate, least);
         for (uint i = 0u; i < NODES; ++i) {
             doubles[at + HELD_RULE + i] = r.g[i];
             doubles[at + HELD_RULE + NODES + i] = r.e[i];

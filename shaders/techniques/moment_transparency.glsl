@@ -85,7 +85,7 @@ moments held_moments(moments m) {
 rule rule_of(moments m) {
     moments far_from_degenerate;
     for (int k = 0; k < 4; ++k) far_from_degenerate.b[k] = safe[k];
-    rule r = gauss_rule(m, bias, far_from_degenerate, least);
+    rule r = gauss_rule(HELD_AS_FLOATS, m, bias, far_from_degenerate, least);
 #if STORAGE == STORAGE_NLQM
     double low = SYMMETRIC == 1 ? -1.0 : 0.0;
     nonlinear words = nonlinear_words(nonlinear_of(r), low, 1.0 - low);

@@ -254,9 +254,9 @@ void factor(uint p) {
         factors[FACTORS_SIZE * p + 3u * NODES + 1u] = SCALAR(0.0);
         return;
     }
-    rule r = gauss_rule(m, K(0.0), far_from_degenerate, K(1e-15));
+    rule r = gauss_rule(0, m, K(0.0), far_from_degenerate, K(1e-15));
 #else
-    rule r = gauss_rule(m, bias, far_from_degenerate, least);
+    rule r = gauss_rule(HELD_AS_FLOATS, m, bias, far_from_degenerate, least);
 #endif
     for (int i = 0; i < NODES; ++i) {
         SCALAR g = SCALAR(r.g[i]);

@@ -119,7 +119,7 @@ void factor(uint p) {
         m.b[k] = double(state[STATE_SIZE * p + uint(k)]);
         far_from_degenerate.b[k] = safe[k];
     }
-    rule r = gauss_rule(m, bias, far_from_degenerate, least);
+    rule r = gauss_rule(HELD_AS_FLOATS, m, bias, far_from_degenerate, least);
     for (int i = 0; i < NODES; ++i) {
         SCALAR g = SCALAR(r.g[i]);
         factors[factor_at(p, i)] = g;

@@ -52,8 +52,8 @@ def build_extensions(compiler: str, into: Path, flags: list[str]) -> Path:
     """
     command = [sys.executable, "setup.py", "-q", "build_ext"]
     command += ["--build-lib", str(into / "lib"), "--build-temp", str(into / "temp")]
-    # as .ci/run has it, so that a cache has what is compiled: what a debugger needs takes a quarter
-    words = shlex.join(["-Werror", "-g0", *flags])
+    # as .ci/run has it, so that a cache has what is compiled
+    words = shlex.join(["-Werror", *flags])
     done = subprocess.run(
         command,
         cwd=ROOT,

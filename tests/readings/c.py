@@ -94,10 +94,12 @@ def upsampling_shares(asked: np.ndarray) -> np.ndarray:
     return found
 
 
-def power_rules(b: np.ndarray, bias: float, safe: tuple[float, ...], least: float) -> np.ndarray:
+def power_rules(
+    b: np.ndarray, bias: float, safe: tuple[float, ...], least: float, floats: bool = False
+) -> np.ndarray:
     nodes = b.shape[1] // 2
     rules = np.empty((len(b), 3 * nodes + 1))
-    _run(f"power_rules{nodes}", b.dtype, len(b), b, bias, np.array(safe), least, rules)
+    _run(f"power_rules{nodes}", b.dtype, int(floats), len(b), b, bias, np.array(safe), least, rules)
     return rules
 
 

@@ -131,10 +131,11 @@ void quantised_moments(int n, const SCALAR *b, int symmetric, SCALAR *kept) {
         for (int k = 0; k < 2 * n; ++k) m.b[k] = K(b[k]); \
         return m; \
     } \
-    void power_rules##n(int rays, const SCALAR *b, SCALAR bias, const SCALAR *safe, SCALAR least, \
-                        SCALAR *rules) { \
+    void power_rules##n(int floats, int rays, const SCALAR *b, SCALAR bias, const SCALAR *safe, \
+                        SCALAR least, SCALAR *rules) { \
         for (int i = 0; i < rays; ++i, b += 2 * n, rules += 3 * n + 1) { \
-            rule##n r = gauss_rule##n(moments_at##n(b), K(bias), moments_at##n(safe), K(least)); \
+            rule##n r = \
+                gauss_rule##n(floats, moments_at##n(b), K(bias), moments_at##n(safe), K(least)); \
             for (int k = 0; k < n; ++k) { \
                 rules[k] = r.g[k][0]; \
                 rules[n + k] = r.g_low[k][0]; \

@@ -60,7 +60,7 @@ FN void narrow(float *p, real x, int n) {
         for (int i = 0; i < n; ++i) p[i] = y[i];
 }
 
-#include "core/adjoints/plain_pairs.h"
+#include "kernels/pairs.h"
 #define NODES 1
 #include "core/adjoints/rows_of_count.h"
 #undef NODES

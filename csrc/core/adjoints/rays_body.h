@@ -2,16 +2,6 @@
  * behind lanes.h, quads.h, rays.h, and power_of_count.h of each count of nodes. */
 #include "core/adjoints/rays.h"
 
-/* Sums of four numbers of each, (0 + 1) + (2 + 3). */
-FN quad sums_of_four(const quad *x) {
-    quad front =
-        (quad){x[0][0], x[1][0], x[0][2], x[1][2]} + (quad){x[0][1], x[1][1], x[0][3], x[1][3]};
-    quad back =
-        (quad){x[2][0], x[3][0], x[2][2], x[3][2]} + (quad){x[2][1], x[3][1], x[2][3], x[3][3]};
-    return (quad){front[0], front[1], back[0], back[1]}
-           + (quad){front[2], front[3], back[2], back[3]};
-}
-
 /* Room of a block's rows: sums read eight places of each ray. */
 enum { BLOCK_ROOM = BLOCK_POINTS + 2 * LANES + 8 };
 

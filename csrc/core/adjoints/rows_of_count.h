@@ -15,7 +15,7 @@ static void NAMED(bound_rows)(const moit_rows *o, int64_t first, int n) {
         NAMED(moments) m;
         for (int k = 0; k < 2 * NODES; ++k)
             m.b[k] = widened(mass + (k + 1) * o->rays + i, left) * inverse;
-        NAMED(rule) r = NAMED(gauss_rule)(m, K(o->bias), safe, K(o->least));
+        NAMED(rule) r = NAMED(gauss_rule)(1, m, K(o->bias), safe, K(o->least));
         NAMED(found) f = NAMED(found_at)(r, z);
         NAMED(distances) away = NAMED(away_from_rule)(r, z);
         NAMED(counted) c = NAMED(counted_nodes)(r, away.from, &f);

@@ -244,29 +244,27 @@ FN void anchor_absorbed_of(const int kept, const int cells, int pixels, const in
     }
 }
 
-/* Constants let the compiler lay loops of the usual counts out. */
-#define BY_COUNTS(call) \
-    if (kept == 4 && cells == 11) call(4, 11); \
-    else if (kept == 5 && cells == 0) call(5, 0); \
-    else call(kept, cells)
+/* Constants let the compiler lay loops of the usual counts out; all others share one text. */
+#define BY_COUNTS(small, call) \
+    if ((small) && kept == 4 && cells == 11) call(true, 4, 11); \
+    else if ((small) && kept == 5 && cells == 0) call(true, 5, 0); \
+    else call(false, kept, cells)
 
 static void anchors_stage(bool large, int kept, int cells, double shrink, int pixels,
                           const int32_t *offsets, const void *alpha, const void *word,
                           const void *keys, void *own, void *numbers) {
-#define KEEP(k, c) \
-    anchors_stage_of(false, k, c, shrink, pixels, offsets, alpha, word, keys, own, numbers)
-    if (large)
-        anchors_stage_of(true, kept, cells, shrink, pixels, offsets, alpha, word, keys, own,
-                         numbers);
-    else BY_COUNTS(KEEP);
+#define KEEP(usual, k, c) \
+    anchors_stage_of(!(usual) && large, k, c, shrink, pixels, offsets, alpha, word, keys, own, \
+                     numbers)
+    BY_COUNTS(!large, KEEP);
 #undef KEEP
 }
 
 static void anchor_transmittance_stage(int kept, int cells, int pixels, const int32_t *offsets,
                                        const void *word, const void *own, const void *numbers,
                                        void *T) {
-#define TRANSMITTANCE(k, c) anchor_absorbed_of(k, c, pixels, offsets, word, own, numbers, T)
-    BY_COUNTS(TRANSMITTANCE);
+#define TRANSMITTANCE(usual, k, c) anchor_absorbed_of(k, c, pixels, offsets, word, own, numbers, T)
+    BY_COUNTS(true, TRANSMITTANCE);
 #undef TRANSMITTANCE
 }
 #undef BY_COUNTS

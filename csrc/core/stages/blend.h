@@ -68,11 +68,29 @@ FN real covered_by_layers(real mean, real n) {
     return select(x > -0x1p-54, -x, covered);
 }
 
+/* The same of few whole layers, mean (1 + (1 - mean) (1 + ..)): sums of what is positive lose no
+ * digits. */
+enum { FEW_LAYERS = 16 };
+
+FN real covered_by_few(real mean, real n) {
+    real through = 1.0 - mean, shares = K(0.0);
+    for (int k = 0; k < FEW_LAYERS; ++k) {
+        truth more = n > K(k);
+        BREAK_UNLESS(more);
+        shares = select(more, 1.0 + through * shares, shares);
+    }
+    return mean * shares;
+}
+
 /* As moit_averaged_coverage says. */
 FN real averaged_coverage(real sum, real n) {
     real mean = select(n > 0.0, sum / max(n, K(0x1p-1022)), K(0.0));
     real within_one = select(mean < 1.0, mean, K(0.0));
-    real covered = select(mean < 1.0, covered_by_layers(within_one, n), K(1.0));
+    real within_few = min(n, K(FEW_LAYERS));
+    truth few = nearest_integer(within_few) == n;
+    real covered = covered_by_few(within_one, select(few, n, K(0.0)));
+    if (any_lane(~few)) covered = select(few, covered, covered_by_layers(within_one, n));
+    covered = select(mean < 1.0, covered, K(1.0));
     covered = select(BOTH(covered > sum, n >= 1.0), sum, covered);
     return select((sum < 0x1p-60) | BOTH(n == 1.0, sum < 1.0), sum, covered);
 }
@@ -353,13 +371,9 @@ static void ranked_blend_stage(int pixels, const int32_t *offsets, const void *a
 FN void blend_by(const int from, int pixels, const int32_t *offsets, const SCALAR *alpha,
                  const SCALAR *emission, const SCALAR *T, const SCALAR *weight,
                  const double *factor, const SCALAR *color, double *sum) {
-    if (emission == alpha) {
-        if (color) blend_few(BLENDED(true, false), pixels, offsets, NULL, NULL, sum);
-        else blend_pixels(BLENDED(false, false), pixels, offsets, sum);
-    } else {
-        if (color) blend_pixels(BLENDED(true, true), pixels, offsets, sum);
-        else blend_pixels(BLENDED(false, true), pixels, offsets, sum);
-    }
+    const bool emits = emission != alpha;
+    if (color && !emits) blend_few(BLENDED(true, false), pixels, offsets, NULL, NULL, sum);
+    else blend_pixels(BLENDED(color != NULL, emits), pixels, offsets, sum);
 }
 
 static void blend_stage(int pixels, const int32_t *offsets, const void *alpha, const void *emission,

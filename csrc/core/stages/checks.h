@@ -12,6 +12,10 @@ static bool all_within_stage(int64_t n, const void *x_, double low_, double high
     return !any_lane(~good);
 }
 
+/* As fmin and fmax of what is held and one more, whose loop GCC 12 cannot compile for aarch64. */
+FN double least_of(double held, double more) { return more < held ? more : held; }
+FN double greatest_of(double held, double more) { return more > held ? more : held; }
+
 static bool depths_within_stage(int64_t n, const void *x_, const void *alpha_, double low_,
                                 double high_, moit_depth_ends *ends) {
     const SCALAR *x = x_, *alpha = alpha_;
@@ -30,10 +34,10 @@ static bool depths_within_stage(int64_t n, const void *x_, const void *alpha_, d
         clear_far = max(clear_far, select(opaque, -infinite, d));
     }
     for (int k = 0; k < LANES; ++k) {
-        ends->near = __builtin_fmin(ends->near, (double)near[k]);
-        ends->far = __builtin_fmax(ends->far, (double)far[k]);
-        ends->clear_near = __builtin_fmin(ends->clear_near, (double)clear_near[k]);
-        ends->clear_far = __builtin_fmax(ends->clear_far, (double)clear_far[k]);
+        ends->near = least_of(ends->near, (double)near[k]);
+        ends->far = greatest_of(ends->far, (double)far[k]);
+        ends->clear_near = least_of(ends->clear_near, (double)clear_near[k]);
+        ends->clear_far = greatest_of(ends->clear_far, (double)clear_far[k]);
     }
     return !any_lane(~good);
 }

@@ -71,6 +71,31 @@ static void decay_stage(int n, const void *x_, void *out_) {
         store_at_most(out + i, exponential(-load_at_most(x + i, n - i)), n - i);
 }
 
+/* The largest of three numbers of each of LANES fragments, of which `n` are there. */
+FN real largest_of_three(const SCALAR *color, int n) {
+#if defined(__GNUC__) && !defined(__clang__)
+    if (n > LANES) { /* the last number has two behind it, which another fragment has */
+        real of[3];
+        truth lane;
+        for (int k = 0; k < LANES; ++k) lane[k] = k;
+        for (int k = 0; k < 3; ++k) { /* of each number and the two behind it */
+            const SCALAR *c = color + k * LANES;
+            of[k] = max(max(load(c), load(c + 1)), load(c + 2));
+        }
+        truth in_two = 3 * lane < 2 * LANES; /* of these, every third */
+        real some = __builtin_shuffle(of[0], of[1], in_two & (3 * lane));
+        return __builtin_shuffle(some, of[2], (in_two & lane) | (~in_two & (3 * lane - LANES)));
+    }
+#endif
+    real largest = K(0.0);
+    for (int k = 0; k < LANES && k < n; ++k) {
+        const SCALAR *c = color + 3 * k;
+        SCALAR most = c[0] > c[1] ? c[0] : c[1];
+        largest[k] = most > c[2] ? most : c[2];
+    }
+    return largest;
+}
+
 FN void weights_of_kind(int kind, int n, const SCALAR *depth, const SCALAR *alpha,
                         const SCALAR *emission, const SCALAR *color, double near, double far,
                         double depth_scale, SCALAR *out) {
@@ -79,11 +104,7 @@ FN void weights_of_kind(int kind, int n, const SCALAR *depth, const SCALAR *alph
     for (int i = 0; i < n; i += LANES) {
         real bright = K(0.0);
         if (kind == WEIGHT_BLOG)
-            for (int k = 0; k < LANES && i + k < n; ++k) {
-                const SCALAR *c = color + 3 * (i + k);
-                SCALAR most = c[0] > c[1] ? c[0] : c[1];
-                bright[k] = (most > c[2] ? most : c[2]) * emission[i + k];
-            }
+            bright = largest_of_three(color + 3 * i, n - i) * load_at_most(emission + i, n - i);
         real z = load_at_most(depth + i, n - i);
         real d = clamp(scale * (z - nearest) / z, K(0.0), K(1.0));
         store(out + i,

@@ -103,21 +103,17 @@ FN void haar_transmittance_of(const int levels, const int density, int pixels,
 
 /* Constants let the compiler lay the levels out. */
 #define FOR_LEVELS(call) \
-    switch (2 * levels + density) { \
-    case 4: call(2, 0); break; \
-    case 5: call(2, 1); break; \
-    case 6: call(3, 0); break; \
-    case 7: call(3, 1); break; \
-    case 8: call(4, 0); break; \
-    case 9: call(4, 1); break; \
-    case 10: call(5, 0); break; \
-    case 11: call(5, 1); break; \
+    switch (levels) { \
+    case 2: call(2); break; \
+    case 3: call(3); break; \
+    case 4: call(4); break; \
+    case 5: call(5); break; \
     }
 
 static void haar_sums_stage(int levels, bool density, bool as_half, int pixels,
                             const int32_t *offsets, const void *a, const void *z, void *c) {
-#define HALF_SUMS(n, d) haar_half_sums_of(n, d, pixels, offsets, a, z, c)
-#define SUMS(n, d) haar_sums_of(n, d, pixels, offsets, a, z, c)
+#define HALF_SUMS(n) haar_half_sums_of(n, density, pixels, offsets, a, z, c)
+#define SUMS(n) haar_sums_of(n, density, pixels, offsets, a, z, c)
     if (as_half) FOR_LEVELS(HALF_SUMS)
     else FOR_LEVELS(SUMS)
 #undef SUMS
@@ -125,7 +121,9 @@ static void haar_sums_stage(int levels, bool density, bool as_half, int pixels,
 }
 
 static void haar_cells_stage(int levels, bool density, int pixels, void *c) {
-#define CELLS(n, d) haar_cells_of_pixels(n, d, pixels, c)
+#define CELLS(n) \
+    if (density) haar_cells_of_pixels(n, 1, pixels, c); \
+    else haar_cells_of_pixels(n, 0, pixels, c)
     FOR_LEVELS(CELLS)
 #undef CELLS
 }
@@ -133,7 +131,8 @@ static void haar_cells_stage(int levels, bool density, int pixels, void *c) {
 static void haar_transmittance_stage(int levels, bool density, int pixels, const int32_t *offsets,
                                      const void *z, const void *own, const void *ends,
                                      bool absorbed, void *T) {
-#define TRANSMITTANCE(n, d) haar_transmittance_of(n, d, pixels, offsets, z, own, ends, absorbed, T)
+#define TRANSMITTANCE(n) \
+    haar_transmittance_of(n, density, pixels, offsets, z, own, ends, absorbed, T)
     FOR_LEVELS(TRANSMITTANCE)
 #undef TRANSMITTANCE
 }

@@ -6,20 +6,15 @@
 #define TEXT "core/stages/halves_of_count.h"
 #include "core/stages/each_power_count.h"
 
-#define CASE(n) \
-    if (chebyshev) halves_of##n(1, pixels, offsets, a, z, b0, b); \
-    else halves_of##n(0, pixels, offsets, a, z, b0, b); \
-    break
 static void half_moments_stage(int count, bool chebyshev, int pixels, const int32_t *offsets,
                                const void *a, const void *z, void *b0, void *b) {
     switch (count) {
-    case 2: CASE(1);
-    case 4: CASE(2);
-    case 6: CASE(3);
-    case 8: CASE(4);
+    case 2: halves_of1(chebyshev, pixels, offsets, a, z, b0, b); break;
+    case 4: halves_of2(chebyshev, pixels, offsets, a, z, b0, b); break;
+    case 6: halves_of3(chebyshev, pixels, offsets, a, z, b0, b); break;
+    case 8: halves_of4(chebyshev, pixels, offsets, a, z, b0, b); break;
     }
 }
-#undef CASE
 
 FN void within_extent(int n, own_extent e, SCALAR *z) {
     for (int i = 0; i < n; i += LANES) store_at_most(z + i, depth_within(e, load(z + i)), n - i);

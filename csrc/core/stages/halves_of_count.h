@@ -1,7 +1,8 @@
 /* What half_moments.h has of NODES nodes. */
 #include "kernels/half_moments.h"
 
-FN void NAMED(halves_of)(const int chebyshev, int pixels, const int32_t *offsets, const SCALAR *a,
+/* Which polynomials is asked of each fragment: two texts of all would be no faster. */
+FN void NAMED(halves_of)(bool chebyshev, int pixels, const int32_t *offsets, const SCALAR *a,
                          const SCALAR *z, SCALAR *b0, SCALAR *b) {
     int order[COLUMN_PIXELS];
     for (int first = 0; first < pixels; first += COLUMN_PIXELS) {
@@ -15,9 +16,10 @@ FN void NAMED(halves_of)(const int chebyshev, int pixels, const int32_t *offsets
                 number_columns(&c, z, from, at);
                 for (int i = 0; i < LANES && from + i < c.most; ++i) {
                     truth there = c.counts > from + i;
-                    NAMED(half_sums)
-                    terms = NAMED(half_terms)(chebyshev, select(there, own[i], K(0.0)),
-                                              select(there, at[i], K(0.0)));
+                    real x = select(there, own[i], K(0.0)), y = select(there, at[i], K(0.0));
+                    NAMED(half_sums) terms;
+                    if (chebyshev) terms = NAMED(half_terms)(1, x, y);
+                    else terms = NAMED(half_terms)(0, x, y);
                     held = NAMED(added_in_halves)(held, terms);
                 }
             }

@@ -99,15 +99,14 @@ FN void mlab_of(const int layers, const bool quantized, const bool by_energy, in
     }
 }
 
+/* As anchors.h has it: the usual options have a text of their own, all others share one. */
 static void mlab_stage(int layers, bool quantized, bool by_energy, int pixels,
                        const int32_t *offsets, const void *depth, const void *alpha,
                        const void *color, double least, void *state) {
 #define MLAB(quantized, by_energy) \
     mlab_of(layers, quantized, by_energy, pixels, offsets, depth, alpha, color, least, state)
-    if (quantized && by_energy) MLAB(true, true);
-    else if (by_energy) MLAB(false, true);
-    else if (quantized) MLAB(true, false);
-    else MLAB(false, false);
+    if (quantized && !by_energy) MLAB(true, false);
+    else MLAB(quantized, by_energy);
 #undef MLAB
 }
 
@@ -166,10 +165,8 @@ static void adaptive_stage(int nodes, bool quantized, bool by_energy, int pixels
                            void *steps) {
 #define ADAPTIVE(quantized, by_energy) \
     adaptive_of(nodes, quantized, by_energy, pixels, offsets, depth, alpha, steps)
-    if (quantized && by_energy) ADAPTIVE(true, true);
-    else if (by_energy) ADAPTIVE(false, true);
-    else if (quantized) ADAPTIVE(true, false);
-    else ADAPTIVE(false, false);
+    if (quantized && !by_energy) ADAPTIVE(true, false);
+    else ADAPTIVE(quantized, by_energy);
 #undef ADAPTIVE
 }
 

@@ -5,16 +5,6 @@
 
 #define NAMED(name) JOIN(name, NODES)
 
-/* Sums of four numbers of each, (0 + 1) + (2 + 3). */
-FN quad sums_of_four(const quad *x) {
-    quad front =
-        (quad){x[0][0], x[1][0], x[0][2], x[1][2]} + (quad){x[0][1], x[1][1], x[0][3], x[1][3]};
-    quad back =
-        (quad){x[2][0], x[3][0], x[2][2], x[3][2]} + (quad){x[2][1], x[3][1], x[2][3], x[3][3]};
-    return (quad){front[0], front[1], back[0], back[1]}
-           + (quad){front[2], front[3], back[2], back[3]};
-}
-
 /* Without `lost`, and of floats, a plain sum. */
 FN void add_quad(quad *sum, quad *lost, quad x) {
     if (!DOUBLE || !lost) {
@@ -78,7 +68,9 @@ FN void power_sums_of(const int count, const bool keeps, int pixels, const int32
         for (int k = 0; k < count; k += 4) {
             four_numbers mean = __builtin_convertvector(
                 totals_of_four(sum + 1 + k, lost ? lost + 1 + k : NULL) * inverse, four_numbers);
-            memcpy(b + p * count + k, &mean, (size_t)(count - k < 4 ? count - k : 4) * sizeof *b);
+            if (count - k >= 4) memcpy(b + p * count + k, &mean, sizeof mean);
+            else /* a part of a vector that is copied goes by memory, and waits for it */
+                for (int j = 0; j < count - k; ++j) b[p * count + k + j] = mean[j];
         }
     }
 }
@@ -139,15 +131,15 @@ FN void columns_of(const int count, int pixels, const double *rows, SCALAR (*col
 #define TEXT "core/stages/power_rules_of_count.h"
 #include "core/stages/each_power_count.h"
 
-static void power_rules_stage(int count, const moit_wrapping_zone *zone, int pixels,
+static void power_rules_stage(int count, const moit_wrapping_zone *zone, bool floats, int pixels,
                               const double *b, double bias, const double *safe, double least,
                               double *rules) {
     (void)zone;
     switch (count) {
-    case 2: rules_of1(pixels, b, bias, safe, least, rules); break;
-    case 4: rules_of2(pixels, b, bias, safe, least, rules); break;
-    case 6: rules_of3(pixels, b, bias, safe, least, rules); break;
-    case 8: rules_of4(pixels, b, bias, safe, least, rules); break;
+    case 2: rules_of1(floats, pixels, b, bias, safe, least, rules); break;
+    case 4: rules_of2(floats, pixels, b, bias, safe, least, rules); break;
+    case 6: rules_of3(floats, pixels, b, bias, safe, least, rules); break;
+    case 8: rules_of4(floats, pixels, b, bias, safe, least, rules); break;
     }
 }
 

@@ -2,8 +2,8 @@
 #include "kernels/power_rules.h"
 #include "kernels/power_bounds.h"
 
-static void NAMED(rules_of)(int pixels, const double *b, double bias, const double *safe_,
-                            double least, double *rules) {
+FN void NAMED(rules_held_as)(const int floats, int pixels, const double *b, double bias,
+                             const double *safe_, double least, double *rules) {
     NAMED(moments) safe;
     for (int k = 0; k < 2 * NODES; ++k) safe.b[k] = K(safe_[k]);
     for (int p = 0; p < pixels; p += LANES) {
@@ -11,7 +11,7 @@ static void NAMED(rules_of)(int pixels, const double *b, double bias, const doub
         columns_of(2 * NODES, pixels - p, b + p * 2 * NODES, columns);
         NAMED(moments) m;
         for (int k = 0; k < 2 * NODES; ++k) m.b[k] = load(columns[k]);
-        NAMED(rule) r = NAMED(gauss_rule)(m, K(bias), safe, K(least));
+        NAMED(rule) r = NAMED(gauss_rule)(floats, m, K(bias), safe, K(least));
         for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) {
             double *out = rules + (p + lane) * MOIT_RULE_SIZE(2 * NODES);
             for (int i = 0; i < NODES; ++i) {
@@ -21,6 +21,12 @@ static void NAMED(rules_of)(int pixels, const double *b, double bias, const doub
             out[2 * NODES] = r.d[lane];
         }
     }
+}
+
+static void NAMED(rules_of)(bool floats, int pixels, const double *b, double bias,
+                            const double *safe, double least, double *rules) {
+    if (floats) NAMED(rules_held_as)(1, pixels, b, bias, safe, least, rules);
+    else NAMED(rules_held_as)(0, pixels, b, bias, safe, least, rules);
 }
 
 static void NAMED(pivots_of)(int pixels, const double *b, const double *bias, const double *safe_,

@@ -86,9 +86,10 @@ typedef struct moit_moment_stages {
     /* What words stand for: b (pixels, numbers), 0 where b0 is. Double tables only. */
     void (*decoded)(int count, int pixels, const uint16_t *words, const double *b0, double *b);
     /* Rules of moments b (pixels, numbers), biased toward `safe` (numbers); a pivot of their matrix
-     * below `least` is rounding alone. Double tables only. */
-    void (*rules)(int count, const moit_wrapping_zone *zone, int pixels, const double *b,
-                  double bias, const double *safe, double least, double *rules);
+     * below `least` is rounding alone. floats: b are such as floats hold, and `least` or the bias
+     * outweigh what those round off. Double tables only. */
+    void (*rules)(int count, const moit_wrapping_zone *zone, bool floats, int pixels,
+                  const double *b, double bias, const double *safe, double least, double *rules);
     /* The least pivot of the matrix of moments b (pixels, numbers), each pixel's biased toward
      * `safe` by bias[pixel]; the first that is not positive is the last that counts. Double tables
      * only. */

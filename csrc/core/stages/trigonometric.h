@@ -36,11 +36,22 @@ FN void circle_sums_of(const int count, const moit_wrapping_zone *zone, int pixe
         }
         double all = total_of(total, &total_lost), inverse = inverse_of_sum(all);
         b0[p] = (SCALAR)all;
+        quad re[4], im[4], re_lost[4], im_lost[4];
+        for (int k = 0; k < 4; ++k) {
+            re[k] = sum[k].re;
+            im[k] = sum[k].im;
+            re_lost[k] = lost[k].re;
+            im_lost[k] = lost[k].im;
+        }
+        quad mean_re = totals_of_four(re, re_lost) * inverse,
+             mean_im = totals_of_four(im, im_lost) * inverse,
+             cosine = {start[0], start[2], start[4], start[6]},
+             sine = {start[1], start[3], start[5], start[7]};
+        quad turned_re = mean_re * cosine - mean_im * sine,
+             turned_im = mean_re * sine + mean_im * cosine;
         for (int k = 0; k < count; ++k) {
-            double re = total_of(sum[k].re, &lost[k].re) * inverse;
-            double im = total_of(sum[k].im, &lost[k].im) * inverse;
-            b[2 * (p * count + k)] = (SCALAR)(re * start[2 * k] - im * start[2 * k + 1]);
-            b[2 * (p * count + k) + 1] = (SCALAR)(re * start[2 * k + 1] + im * start[2 * k]);
+            b[2 * (p * count + k)] = (SCALAR)turned_re[k];
+            b[2 * (p * count + k) + 1] = (SCALAR)turned_im[k];
         }
     }
 }
@@ -80,10 +91,11 @@ static void circle_transmittance_stage(int count, const moit_wrapping_zone *zone
 #define TEXT "core/stages/trigonometric_rules_of_count.h"
 #include "core/stages/each_count.h"
 
-static void circle_rules_stage(int count, const moit_wrapping_zone *zone, int pixels,
+static void circle_rules_stage(int count, const moit_wrapping_zone *zone, bool floats, int pixels,
                                const double *b, double bias, const double *safe, double least,
                                double *rules) {
-    (void)safe; /* an even spread, whose moments are 0 */
+    (void)floats; /* single numbers do for all */
+    (void)safe;   /* an even spread, whose moments are 0 */
     switch (count) {
     case 2: circle_rules_of2(zone, pixels, b, bias, least, rules); break;
     case 3: circle_rules_of3(zone, pixels, b, bias, least, rules); break;

@@ -34,8 +34,7 @@ FN real fragment_of(const pixel_lanes *r, const SCALAR *numbers, const int width
 #include "core/stages/each_count.h"
 
 #define CASE(n, circle) \
-    if (half_b0) words_of##n(circle, scale, 1, pixels, offsets, a, z, words, b0); \
-    else words_of##n(circle, scale, 0, pixels, offsets, a, z, words, b0); \
+    words_of##n(circle, scale, half_b0, pixels, offsets, a, z, words, b0); \
     break
 static void power_words_stage(int count, const moit_wrapping_zone *zone, bool half_b0, int pixels,
                               const int32_t *offsets, const void *a, const void *z, uint16_t *words,

@@ -2,7 +2,7 @@
 #include "kernels/moment_words.h"
 
 /* `scale`: half the angle of all depths, for the circle's. */
-FN void NAMED(words_of)(const int circle, real scale, int half_b0, int pixels,
+FN void NAMED(words_of)(const int circle, real scale, bool half_b0, int pixels,
                         const int32_t *offsets, const SCALAR *a, const SCALAR *z, uint16_t *words,
                         SCALAR *b0) {
     for (int p = 0; p < pixels; p += LANES) {

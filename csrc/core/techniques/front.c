@@ -187,7 +187,7 @@ static void read_tail(const moit_job *job, moit_tile *tile) {
     moit_moments_gather(&own, tile);
     gather_front(job, &tail, tile);
     take_front_out(job, &tail, tile);
-    job->precise->moments[family->stages].rules(tail.count, &job->zone, tile->pixels,
+    job->precise->moments[family->stages].rules(tail.count, &job->zone, false, tile->pixels,
                                                 tile->double_b, 0.0, family->constants(&tail)->safe,
                                                 1e-15, tile->rules);
     bool curve = job->depths > 0;

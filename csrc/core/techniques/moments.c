@@ -165,13 +165,14 @@ void moit_moments_read(const moit_stages *precise, moit_precision precision,
     const moit_moment_constants *known = family->constants(technique);
     int count = technique->count, numbers = family->numbers(count);
     double least = least_pivot(technique, precision, bias);
+    bool floats = precision == MOIT_FLOAT32;
     moment_rows rows = {precision, pixels, b, double_b, rules};
     int filled = rows_together(&rows, numbers);
-    stages->rules(count, zone, filled, double_b, bias, known->safe, least, rules);
+    stages->rules(count, zone, floats, filled, double_b, bias, known->safe, least, rules);
     if (filled == pixels) return;
 
     double zero[MOIT_MOST_NUMBERS] = {0}, of_zero[MOIT_MOST_RULE];
-    stages->rules(count, zone, 1, zero, bias, known->safe, least, of_zero);
+    stages->rules(count, zone, floats, 1, zero, bias, known->safe, least, of_zero);
     rows_apart(&rows, numbers, family->rule_size(count), filled, of_zero);
 }
 
