@@ -45,8 +45,9 @@ class Recipe:
         """The techniques of which a network for this one learns what it sees."""
         if not self.slices:
             return [technique]
-        pairs: list[Any] = [one.split("x") for one in self.slices]
-        return [replace(technique, count=int(n), bits=int(bits)) for n, bits in pairs]
+        own: Any = technique
+        pairs = [one.split("x") for one in self.slices]
+        return [replace(own, count=int(n), bits=int(bits)) for n, bits in pairs]
 
 
 FOUR = ("layers", "surfaces", "puffs", "tufts")
