@@ -95,8 +95,15 @@ WRITTEN = {
 }
 
 
+def by_length(sources):
+    """The units of vectors first: they take longest, and none is left alone at the end."""
+    return sorted(sources, key=lambda source: ("stages" not in source, source))
+
+
 class ParallelBuild(build_ext):
-    """Compiles the units of one extension side by side: the widest take long."""
+    """Compiles the units of one extension side by side: the widest take long.
+
+    In an order of its own: that of `sources` is lost, which build_ext sorts by name."""
 
     def build_extension(self, ext):
         name, write_source = WRITTEN[ext.name]
@@ -108,8 +115,8 @@ class ParallelBuild(build_ext):
         def compile_all(sources, **options):
             jobs = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
             with ThreadPoolExecutor(jobs) as pool:
-                objects = pool.map(lambda source: compile_one([source], **options), sources)
-                return [one for some in objects for one in some]
+                begun = {s: pool.submit(compile_one, [s], **options) for s in by_length(sources)}
+                return [one for source in sources for one in begun[source].result()]
 
         self.compiler.compile = compile_all
         try:
@@ -118,16 +125,11 @@ class ParallelBuild(build_ext):
             self.compiler.compile = compile_one
 
 
-def by_length(sources):
-    """The units of vectors first: they take longest, and none is left alone at the end."""
-    return sorted(sources, key=lambda source: ("stages" not in source, source))
-
-
 setup(
     ext_modules=[
         Extension(
             "moit._core",
-            sources=by_length(glob("csrc/core/**/*.c", recursive=True) + glob("csrc/python/*.c")),
+            sources=sorted(glob("csrc/core/**/*.c", recursive=True) + glob("csrc/python/*.c")),
             depends=sorted({*glob("csrc/**/*.h", recursive=True), *SHARED}),
             include_dirs=["csrc", numpy.get_include()],
             define_macros=[

@@ -3,6 +3,7 @@
 #define MOIT_TECHNIQUE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "kernels/options.h" /* the numbers that options have for passes on a GPU, too */
@@ -211,5 +212,23 @@ typedef struct moit_technique {
         double core_alpha; /* MOIT_HYBRID: what has less alpha is never of the foremost */
     };
 } moit_technique;
+
+typedef enum moit_option_type {
+    MOIT_WHOLE,   /* int, from `least` to `most` */
+    MOIT_NUMBER,  /* double */
+    MOIT_TRUTH,   /* bool */
+    MOIT_NETWORK, /* const float *; where moit_network_weights says that there is one */
+} moit_option_type;
+
+/* An option by its name: where moit_technique has it. */
+typedef struct moit_option {
+    const char *name;
+    moit_option_type type;
+    size_t offset;
+    int least, most;
+} moit_option;
+
+/* All that a kind must have beside its weights, MOIT_WEIGHT_GIVEN, ended by one without a name. */
+const moit_option *moit_options_of(moit_kind kind);
 
 #endif

@@ -28,18 +28,65 @@ os.environ.setdefault("LP_NATIVE_VECTOR_WIDTH", "128")
 settings.register_profile("same", derandomize=True, deadline=None)
 settings.load_profile("same")
 
+# Begun first: files of which one test, or what all its tests wait for, takes longest. A process of
+# tests that has nothing left takes half of what another has left, but no part of a test.
+FIRST = (
+    "test_c_core.py",
+    "test_same_bits.py",
+    "test_stability.py",
+    "test_notebooks.py",
+    "test_one_text.py",
+    "test_kit_run.py",
+)
+
 # What takes seconds, by file: test functions, and fixtures that do for all who ask for them.
 LONG = {
     "test_c_core.py": {"programs"},  # compiles the core twice
+    "test_check_technique.py": {  # asks promises of many pictures
+        "test_rounding_after_every_fragment_is_allowed_where_one_says_so",
+        "test_the_lines_of_its_page_run",
+    },
     "test_deep_bands.py": {"test_memory_is_bounded"},  # needs an image larger than memory's noise
+    "test_deep_hostile.py": {"test_bands_are_as_small_as_what_is_made_is_wide"},  # a wide image
+    "test_deep_killed.py": {"test_two_processes_in_one_folder_disturb_neither"},
+    "test_executors.py": {"test_a_cluster_of_dask_is_an_executor"},  # processes of dask
+    "test_figures.py": {"test_dials_are_whole", "test_fifty_pictures_are_whole"},
+    "test_fork.py": {  # wait for processes that must not hang
+        "test_a_child_of_fork_does_not_hang",
+        "test_a_fork_while_another_thread_writes_is_as_good",
+        "test_a_grandchild_does_not_hang_nor_a_parent_afterwards",
+        "test_a_pool_of_children_does_not_hang",
+    },
+    "test_frontier.py": {"test_a_row_has_facts_and_numbers_with_intervals"},  # measures a row
+    "test_full_disk.py": {"test_a_disk_that_is_full_loses_no_file"},  # fills it
+    "test_gpu_benchmark.py": {"test_what_engines_have_a_text_of_is_timed_twice"},
+    "test_gpu_costs.py": {  # compile shaders
+        "test_more_work_costs_more",
+        "test_stored_costs_are_of_the_texts_that_there_are",
+        "test_the_stored_costs_are_what_the_compiler_says",
+    },
     "test_gpu_errors.py": {"test_nothing_is_kept"},  # memory grows over many calls or does not
+    "test_hostile_files.py": {  # looks at the memory of a process
+        "test_an_image_that_claims_to_be_huge_is_refused_before_it_is_read",
+    },
     "test_interrupt.py": {  # calls that last long enough to be interrupted
-        "test_signals_are_handled_while_a_call_lasts_and_may_stop_it",
+        "test_ctrl_c_is_a_keyboard_interrupt_and_moit_goes_on",
         "test_other_python_threads_run_while_a_call_lasts",
+        "test_python_threads_that_call_at_once_get_equal_results",
+        "test_signals_are_handled_while_a_call_lasts_and_may_stop_it",
         "test_the_core_asks_many_times_in_a_call_of_a_few_seconds",
     },
+    "test_kit.py": {"test_the_page_says_how_long_the_longest_includes_are"},  # writes all of them
+    "test_kit_examples.py": {"test_wgpu_draws_what_moit_does"},  # starts wgpu
+    "test_kit_run.py": {"test_measured_errors_are_of_the_texts_as_they_are"},  # all texts
+    "test_leaks.py": {"test_questions_of_the_surface_keep_no_memory"},  # as in test_gpu_errors.py
+    "test_metrics.py": {"test_flip_agrees_with_flip_evaluator"},  # which computes for seconds
+    "test_mutants.py": {"test_faults_are_found_or_survive_and_files_are_put_back"},  # runs pytest
     "test_notebooks.py": {"test_a_notebook_runs_and_puts_out_what_is_committed_with_it"},  # Jupyter
-    "test_per_pixel.py": {"test_a_gpu_composites_what_the_cpu_chose"},  # a choice for each pixel
+    "test_per_pixel.py": {  # a choice for each pixel
+        "test_a_gpu_composites_what_the_cpu_chose",
+        "test_bits_are_a_quarter_below_the_cheapest_single_technique_that_is_as_good",
+    },
     "test_same_bits.py": {  # digests of everything, in processes of their own
         "test_neither_instructions_nor_threads_nor_what_memory_held_change_a_bit",
     },
@@ -53,6 +100,8 @@ def takes_long(item: pytest.Item) -> bool:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    place = {name: n for n, name in enumerate(FIRST)}
+    items.sort(key=lambda item: place.get(item.path.name, len(FIRST)))
     seen = set()
     for item in items:
         function = item.nodeid.partition("[")[0]
@@ -81,3 +130,15 @@ def no_two_seconds_alike(monkeypatch):
     readings = (n * n for n in itertools.count())
     clock = SimpleNamespace(perf_counter=lambda: float(next(readings)))
     monkeypatch.setattr("moit.comparing.measurement.time", clock)
+
+
+@pytest.fixture
+def trees_and_rocks(tmp_path, monkeypatch):
+    """A folder of its own for what commands write, with two files to read."""
+    from small import some_fragments
+
+    import moit
+
+    monkeypatch.chdir(tmp_path)
+    moit.save("trees.npz", some_fragments())
+    moit.save("rocks.npz", some_fragments(seed=5))

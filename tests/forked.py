@@ -6,10 +6,13 @@ only that no other test lives there.
 
 import json
 import os
+import platform
+import shutil
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from types import SimpleNamespace
+from types import MappingProxyType, SimpleNamespace
 
 from small import ENVIRONMENT, PATIENCE
 
@@ -43,13 +46,27 @@ for line in sys.stdin:
 """
 
 
+def preloaded(text: str, folder: Path, *flags: str) -> dict[str, str]:
+    """What a process needs in its environment for functions of the C library to be those of a text
+    in C; nothing without a compiler and glibc, or where there is another LD_PRELOAD."""
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if compiler is None or platform.libc_ver()[0] != "glibc" or os.environ.get("LD_PRELOAD"):
+        return {}
+    source, library = folder / "before.c", folder / "before.so"
+    source.write_text(text)
+    flags = ("-O1", "-fno-builtin", "-shared", "-fPIC", *flags)
+    subprocess.run([compiler, *flags, source, "-o", library, "-ldl"], check=True)
+    return {"LD_PRELOAD": str(library)}
+
+
 class Server:
     """One process; its children one after the other."""
 
-    def __init__(self) -> None:
+    def __init__(self, environment: Mapping[str, str] = MappingProxyType({})) -> None:
         self.process = subprocess.Popen(
             [sys.executable, "-c", SERVER],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=ENVIRONMENT,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+            env={**ENVIRONMENT, **environment},
         )  # fmt: skip
 
     def run(self, text: str, folder: Path, temporary: Path) -> SimpleNamespace:

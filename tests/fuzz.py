@@ -1,6 +1,7 @@
 """Random hostile input for everything that takes input: python -m tests.fuzz --minutes 60
 
-Fragments with every technique and question (hostile.py), damaged files of every kind that is read
+Fragments with every technique and question (hostile.py), images of twenty thousand pixels
+(hostile_pixels.py: 500 cases are 10 million), damaged files of every kind that is read
 (hostile_files.py), scenes and command lines (hostile_scenes.py) take turns, each in processes of
 their own, so that one that dies is noticed. A case is a number. First come those of
 tests/fuzz_corpus.json, ranges of (first, count) that are always tried; then new ones, from where
@@ -55,7 +56,19 @@ def _words() -> Tried:
     return hostile_scenes.tried_words
 
 
-TARGETS = {"fragments": _fragments, "files": _files, "scenes": _scenes, "words": _words}
+def _pixels() -> Tried:
+    import hostile_pixels
+
+    return hostile_pixels.tried
+
+
+TARGETS = {
+    "fragments": _fragments,
+    "pixels": _pixels,
+    "files": _files,
+    "scenes": _scenes,
+    "words": _words,
+}
 
 
 def work(target: str, numbers: Iterable[int], seconds: float, progress: Path) -> None:

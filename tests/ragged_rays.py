@@ -6,6 +6,7 @@ ENDS = (0, 3, 3, 8)
 NAMES = ("depth", "alpha", "color", "transmission", "background")
 # whose derivatives differences in doubles can see: with more bias than the default
 TECHNIQUES = ("sorted", "wboit", "power4(bias=1e-3,exclude_self=True)")
+TECHNIQUES += ("power4(resolution=2,total='full',bias=1e-3)",)  # rays are a row of pixels
 QUESTIONS = {
     "composite": NAMES,
     "transmittance": NAMES[:4],

@@ -14,7 +14,15 @@ from variants import EVERY
 
 import moit
 from moit.__main__ import main
-from moit.formats.deep_bands import BYTES_A_PIXEL, BYTES_A_SAMPLE, LEAST_MEMORY, Bands
+from moit.formats.deep_bands import (
+    BYTES_A_PIXEL,
+    BYTES_A_SAMPLE,
+    LEAST_MEMORY,
+    Bands,
+    band_part,
+)
+from moit.formats.deep_channels import Wanted
+from moit.formats.deep_source import Source
 
 
 def dense(height=96, width=64, most=40, seed=0):
@@ -256,6 +264,22 @@ def test_an_interrupt_leaves_the_old_picture(path, tmp_path):
     with pytest.raises(KeyboardInterrupt):
         moit.composite_deep(path, tmp_path / "o.exr", "sorted", memory=LEAST_MEMORY, progress=stop)
     assert sorted(os.listdir(tmp_path)) == ["deep.exr", "o.exr"]
+
+
+def test_bands_are_kept_while_they_fill_no_more_than_half_of_the_memory(path):
+    name = str(path)
+    bands = Bands(name, band_part(name, Wanted()), 1 << 30)
+    with Source(name, bands.part) as source:
+        kept = bands.survey(source, False)[0]
+        held = sum(
+            band.offsets.nbytes + band.depth.nbytes + band.alpha.nbytes + band.color.nbytes
+            for band in kept
+        )
+        bands.first_rows = lambda: 16  # a few rows at once, whatever the memory
+        bands.next_rows = lambda rows, counts: 16
+        for memory in (2 * held + 200, 2 * held - 200):
+            bands.memory = memory
+            assert (bands.survey(source, False)[0] is not None) == (memory > 2 * held)
 
 
 def planned(rows, step=1):

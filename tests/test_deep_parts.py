@@ -448,6 +448,9 @@ def test_inspect_tells_what_there_is(tmp_path):
     for words in ("data window", "3 x 2 from x 10, y 20", "1 to 4", "'me'", "(no prefix)", "a, b"):
         assert words in text
     assert moit.inspect(path, samples=False).parts[0].samples is None
+    held = {"Z": [1.0, 2.0, np.inf], "A": [0.5, 0.5, 1.0]}
+    (part,) = moit.inspect(write_channels(tmp_path / "far.exr", **held)).parts
+    assert part.depth_range == (1, 2)  # of what is infinitely far nobody asks how far
 
 
 def test_inspect_counts_what_read_deep_reads():
@@ -530,7 +533,8 @@ def test_composites_keep_their_place_on_the_command_line(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     place = {"dataWindow": ((10, 20), (12, 21)), "displayWindow": ((0, 0), (99, 49)), "owner": "me"}
     path = write_channels(tmp_path / "f.exr", (2, 3), part=place, **point())
-    for technique in ("power4", "stochastic8"):  # in bands, and whole
+    for technique in ("power4", "avboit"):  # in bands, and whole
+        assert moit.technique(technique).local == (technique == "power4")
         assert main(["composite", str(path), "-t", technique, "-o", "o.exr"]) == 0
         header = OpenEXR.File("o.exr", header_only=True).header()
         for key, value in place.items():

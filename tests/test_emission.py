@@ -8,11 +8,12 @@ from test_volumes import assert_close, expected_image, random_volumes
 from variants import EVERY
 
 import moit
+from moit.catalog.technique import FACTS
 
 CORE = [t for t in EVERY if t.engine == "core"]
 # The phenomenological weight of what is opaque is at its limit, 3000, wherever it is.
 WITH_DISTANCE = [str(t) for t in CORE if t.kind == "wboit" and t.weight != "phenomenological"]
-BY_CHANNEL = ["sorted", "depth-peeling4", "hybrid4", "kbuffer4", "unsorted"]
+BY_CHANNEL = [str(t) for t in moit.techniques() if FACTS.get(t.kind, {}).get("knows_channels")]
 
 
 def glowing(seed, dtype=np.float32, opaque=0.1, transmission=False, pixels=60, most=6):

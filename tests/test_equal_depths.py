@@ -8,10 +8,6 @@ from variants import EVERY, leaves_nothing
 import moit
 from moit.catalog.technique import FACTS
 
-RULES = {
-    "earlier": {"sorted", "depth-peeling", "kbuffer", "hybrid", "dfa", "hashed-alpha", "front"},
-    "later": {"unsorted", "mlab"},
-}
 # Sums as they are, whatever the depths: these may be brighter than anything there is.
 ADDING = [t for t in EVERY if t.kind != "adaptive" and not leaves_nothing(t)]
 ADDING += [t for t in EVERY if t.kind == "weighted-sum" and not t.normalize]
@@ -99,8 +95,7 @@ def test_the_rule_is_that_of_the_table(technique):
     if technique.engine != "core":
         assert technique.ties == "chosen"
         return
-    rule = next((rule for rule, kinds in RULES.items() if technique.kind in kinds), "together")
-    assert technique.ties == rule == FACTS[technique.kind]["ties"]
+    assert technique.ties == FACTS[technique.kind]["ties"]
 
 
 @pytest.mark.parametrize("technique", [t for t in CATALOG if t.ties == "together"], ids=str)
@@ -124,13 +119,15 @@ def test_together_they_count_by_their_alpha_in_any_order(technique, dtype):
 
 @pytest.mark.parametrize("technique", [t for t in CATALOG if t.ties == "earlier"], ids=str)
 def test_the_earlier_is_in_front(technique):
-    """As if they lay one behind the other in the order of their arrival."""
+    """As if they lay one behind the other in the order of their arrival, as far as they are kept as
+    they are: the rest is summed up."""
     rng = np.random.default_rng(8)
-    for n in (2, 3, 4) if technique.kind != "front" else (2, 3):  # the rest are one layer
+    for n in (2, 3, 4):
+        kept = min(n, getattr(technique, "layers", n))
         alpha, color = rng.uniform(0.2, 0.7, n), rng.random((n, 3))
         one = clusters(np.full(n, 3.0), alpha, color)
-        apart = clusters(3 + 1e-3 * np.arange(n), alpha, color)
-        if technique.kind == "hashed-alpha":  # the first to pass is what is seen
+        apart = clusters(3 + 1e-3 * np.minimum(np.arange(n), kept), alpha, color)
+        if technique.random:  # the first to pass is what is seen
             image = moit.composite(one, technique)[0, 0]
             T = moit.transmittance(one, technique)
             assert image[3] in (0, 1) and T[0] == 1
@@ -138,7 +135,6 @@ def test_the_earlier_is_in_front(technique):
         np.testing.assert_allclose(
             moit.composite(one, technique), moit.composite(apart, technique), atol=5e-3
         )
-        kept = 2 if technique.kind in ("dfa", "front") else n  # what lies behind these is summed up
         T = [moit.transmittance(f, technique)[:kept] for f in (one, apart)]
         np.testing.assert_allclose(*T, atol=5e-3)
 

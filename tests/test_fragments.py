@@ -4,6 +4,7 @@ import array
 import copy
 import os
 import pickle
+import re
 import sys
 
 import hypothesis.extra.numpy as hnp
@@ -15,6 +16,7 @@ from hypothesis import given, settings
 import moit
 from moit import _core
 from moit.fragments.ranges import default_range
+from moit.fragments.squares import squares_of
 
 
 def random_fragments(seed=0, shape=(5, 7), most=6, dtype=np.float32, **options):
@@ -506,6 +508,16 @@ def test_notebooks_show_a_small_page(shape, kind):
     assert ("exact composite" in page) == (kind == "color")
 
 
+@pytest.mark.parametrize("most", [0, 39, 40, 41, 400])
+def test_bars_of_counts_are_no_more_than_have_room_and_end_with_the_most(most):
+    counts = np.array([0, 0, most])
+    f = moit.Fragments(np.cumsum([0, *counts]), np.ones(most), np.full(most, 0.5))
+    said = re.findall(r"<title>(\d+)(?: to (\d+))? fragments: (\d) pixels", f._repr_html_())
+    assert len(said) == min(most + 1, -(-(most + 1) // -(-(most + 1) // 40))) <= 40
+    assert int(said[0][0]) == 0 and int(said[-1][1] or said[-1][0]) == most
+    assert int(said[0][2]) == (3 if most == 0 else 2) and sum(int(one[2]) for one in said) == 3
+
+
 def test_notebooks_show_fragments_without_pixels():
     assert "0 fragments" in moit.Fragments([0], [], [])._repr_html_()
 
@@ -692,6 +704,23 @@ def test_records_are_what_their_fields_say(fields):
             np.testing.assert_array_equal(getattr(f, name), getattr(expected, name))
 
 
+@pytest.mark.parametrize("name", ["transmission", "back", "emission", "deviation"])
+def test_records_have_what_else_fragments_have(name):
+    shape = () if name in ("back", "deviation") else (3,)
+    fields = [("pixel", "u2"), ("z", "f4"), ("a", "f4"), ("rgb", "f4", 3), (name, "f4", shape)]
+    records = np.zeros(2, fields)
+    records["z"], records["a"], records[name] = 1.0, 0.5, (2.0 if name == "back" else 0.25)
+    f = moit.Fragments.from_records(records, shape=(1, 1))
+    assert (getattr(f, name) == records[name]).all()
+
+
+def test_squares_of_an_image_begin_at_multiples_in_its_display():
+    found = squares_of(random_fragments(origin=(7, -8)), 5)
+    assert (found.top, found.left) == (2, 2)
+    found = squares_of(random_fragments(origin=(3, 4)), 8)
+    assert (found.top, found.left) == (3, 4)
+
+
 def test_sixteen_bytes_are_a_record_without_being_told():
     records = np.zeros(5, RECORDS["x, y, rgba"])
     records["x"], records["depth"], records["rgba"] = np.arange(5), 1 + np.arange(5), 0.5
@@ -724,6 +753,11 @@ def test_sixteen_bytes_are_a_record_without_being_told():
             "two fields for depth",
         ),
         (np.zeros(2, [("pixel", "u2"), ("z", "f4"), ("rgba", "f4", 3)]), None, "'rgba' must be"),
+        (
+            np.zeros(1, [("pixel", "u2"), ("z", "f4"), ("rgba", "f4", 4), ("color", "f4", 3)]),
+            None,
+            "needed one of rgba",
+        ),
         (np.zeros(1, [("pixel", "u2"), ("z", "f4"), ("rgba", "u1", 4)]), None, "expected floats"),
         (np.zeros(2, object), None, "records: expected a structured array"),
         ("text", None, "records: expected a structured array"),

@@ -61,7 +61,9 @@ def answers(f, technique, device, **same) -> dict:
     }
     if technique.has_curve:
         near, far = f.depth_range
-        depth = np.concatenate([np.linspace(0.9 * near, 1.1 * far, 7), f.depth[:3].astype(float)])
+        at = f.depth[:3].astype(float)  # and a double's last digit before and behind
+        beside = [np.nextafter(at, end) for end in (-np.inf, np.inf)]
+        depth = np.concatenate([np.linspace(0.9 * near, 1.1 * far, 7), at, *beside])
         found["curve"] = moit.transmittance(f, technique, depth, device=device, exact=True, **same)
     return found
 

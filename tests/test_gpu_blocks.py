@@ -1,5 +1,7 @@
 """States of blocks of pixels on a device: bits are the core's, by exact passes."""
 
+from types import SimpleNamespace
+
 import gpu
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from variants import BLOCKS
 
 import moit
 from moit.gpu.device import Device
+from moit.gpu.plan import plan_of, too_large
 
 MORE = [
     moit.PowerMoments(8, resolution=100),
@@ -107,3 +110,24 @@ def test_pictures_of_triangles_are_composited_of_arrays_and_say_why():
         assert made.reason == "blocks of pixels have state of their own"
         expected = moit.render([glass], technique, (24, 16), camera=camera)
         np.testing.assert_allclose(made.image, expected, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize(("side", "software", "is_drawn"), [(180, 1, 1), (181, 1, 0), (181, 0, 1)])
+def test_blocks_of_more_pixels_than_loops_of_a_software_device_reach_have_no_plan(
+    side, software, is_drawn
+):
+    device = SimpleNamespace(software=software, info={"extensions": []}, storage_bytes=1 << 40)
+    technique = moit.MomentTransparency(2, resolution=side)
+    empty = np.zeros(0, np.float32)
+    none = moit.Fragments(
+        [0, 0], empty, empty, np.zeros((0, 3), np.float32), depth_range=(1.0, 9.0)
+    )
+    fields, ways = technique.fields_for(none), dict.fromkeys(("listed", "joined", "exact"), False)
+    plan = plan_of(device, technique, fields, (1, 9), "rgba32f", None, (2000, 1000), **ways)
+    assert plan.reason == ("" if is_drawn else "loops are not sure to reach all pixels of a block")
+
+
+def test_a_buffer_that_a_device_does_not_hold_is_named():
+    device = SimpleNamespace(storage_bytes=1000)
+    assert too_large(device, {"image": 1000, "state": 10}) == ""
+    assert too_large(device, {"state": 10, "image": 1001}) == "image takes 1001 bytes"

@@ -70,3 +70,41 @@ def test_pullbacks_of_curves_are_differences(name):
         ):
             got, wanted = getattr(found, place[0])[place[1:]], difference(loss, ray, *place)
             assert got == pytest.approx(wanted, rel=1e-9, abs=1e-10), place
+
+
+@pytest.mark.parametrize(
+    ("depth", "asked"),
+    (
+        ([1.5, 1.506, 3.0, 4.4], None),
+        ([1.7, 1.708, 3.1, 3.13, 4.0, 4.9], None),
+        ([1.5, 1.515, 3.0], [1.2, 1.48, 1.52, 1.6, 2.2, 3.05]),
+    ),
+)
+def test_slices_at_a_bound_of_moments_move_as_that(depth, asked):
+    """Slices tell no order within a cell; where moments prove more, these give the derivatives."""
+    technique, loose = (
+        moit.technique(f"slices64(bits=16, cells=64{more})") for more in (", inside='power4'", "")
+    )
+    rng = np.random.default_rng(5)
+    alpha = rng.uniform(0.1, 0.7, len(depth))
+    f = fragments((np.array(depth), alpha, np.ones((len(depth), 3)), None))
+    T, pullback = gradients.transmittance(f, technique, asked)
+    bounded = gradients.transmittance(f, loose, asked)[0] != T
+    assert bounded.any() and not bounded.all()
+    seed = rng.normal(size=T.shape)
+    found = pullback(seed)
+    with mp.workdps(60):
+        ray = Ray([*map(exactly, f.depth)], [*map(exactly, alpha)], None)
+
+        def loss(other):
+            of = tuple(other.depth), tuple(other.alpha)
+            given = states.curve(technique, *of, asked, NEAR, FAR) if asked else None
+            given = given or states.seen(technique, *of, NEAR, FAR)[0]
+            return mp.fsum(mpf(s) * x for s, x in zip(seed.ravel(), given, strict=True))
+
+        assert float((T * seed).sum()) == pytest.approx(float(loss(ray)), abs=1e-8)
+        for part in ("depth", "alpha"):
+            for i in range(len(depth)):
+                got, wanted = getattr(found, part)[i], difference(loss, ray, part, i)
+                # of moments, whose last digits move them that far
+                assert got == pytest.approx(wanted, rel=1e-7, abs=1e-8), (part, i)

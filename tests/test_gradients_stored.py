@@ -4,9 +4,12 @@ import dataclasses
 
 import numpy as np
 import pytest
+from mpmath import mp, mpf
+from test_moment_transparency import decoded
 
 import moit
 from moit import gradients
+from tests.oracle import front, power, states
 
 TAIL = "power4(bias=1e-3)"
 # What 16 bits hold, and the same in 32; and keys of 32 bits.
@@ -57,6 +60,115 @@ def test_derivatives_are_those_of_all_digits(name, all_digits):
             by, of_all = getattr(got, part), getattr(wanted, part)
             # rounding to 11 bits, and what the way back from moments makes of it
             assert np.abs(by - of_all).mean() <= 0.04 * np.abs(of_all).mean(), part
+
+
+STEP = mpf(10) ** -25
+
+
+def differences(found, f, loss):
+    """Holds derivatives along a direction of all alphas and of all depths to those of a loss of
+    numbers in 60 digits."""
+    ways = np.random.default_rng(11).normal(size=(2, len(f)))
+    given = [[mpf(float(x)) for x in one] for one in (f.depth, f.alpha)]
+    for which, (part, way) in enumerate(zip(("depth", "alpha"), ways, strict=True)):
+        ends = []
+        for step in (STEP, -STEP):
+            numbers = list(given)
+            numbers[which] = [
+                x + step * mpf(float(w)) for x, w in zip(given[which], way, strict=True)
+            ]
+            ends.append(loss(*numbers))
+        parts = getattr(found, part) * way
+        wanted = float((ends[0] - ends[1]) / (2 * STEP))
+        assert abs(parts.sum() - wanted) <= 1e-9 * np.abs(parts).sum(), part
+        assert np.abs(parts).sum() > 0.01
+
+
+OF_FLOATS, OF_WORDS = (0.0, 0.375) * 2, (0.0, float(np.float32(0.628))) * 2
+
+
+@pytest.mark.parametrize(
+    ("name", "safe"),
+    (
+        ("power4(bits=16, bias=1e-2)", OF_WORDS),
+        ("power4(bits=16, exclude_self=True, bias=1e-2)", OF_WORDS),
+        ("power4(storage='half', bias=1e-2)", OF_FLOATS),
+        ("moment-transparency(storage='unorm16', warp='linear', bias=1e-2)", (0.5,) * 4),
+        ("moment-transparency(storage='nlqm', exclude_self=True, bias=1e-2)", None),
+    ),
+)
+def test_stored_moments_move_as_all_digits_would(name, safe):
+    """Straight-through: state is what 16 bits hold, and moves as the exact moments do. With less
+    bias what rounding does to pivots is more than it outweighs, and these are kept above that."""
+    technique, f = moit.technique(name), rays(1, 6)
+    b0, b = moit.moments.gather(f, technique)
+    if technique.kind == "moment-transparency":
+        b0, words = moit.moments.gather(f, technique, raw=True)
+        b = decoded(technique, words)
+    T, pullback = gradients.transmittance(f, technique)
+    seed = np.random.default_rng(3).normal(size=T.shape)
+    with mp.workdps(60):
+        stored = [mpf(float(x)) for x in (b0[0], *b[0])]
+
+        def sums(z, alpha):
+            a = states.absorbances(technique, alpha)
+            total = mp.fsum(a)
+            powers = [mp.fsum(x * y**k for x, y in zip(a, z, strict=True)) for k in range(1, 5)]
+            return [total, *(x / total for x in powers)]
+
+        def places(depth):
+            return [*map(states.warp_of(technique, depth, 1.0, 6.0), depth)]
+
+        given = [[mpf(float(x)) for x in one] for one in (f.depth, f.alpha)]
+        before = sums(places(given[0]), given[1])
+
+        def loss(depth, alpha):
+            z = places(depth)
+            moved = zip(stored, sums(z, alpha), before, strict=True)
+            total, *now = (x + (y - y0) for x, y, y0 in moved)
+            if safe is None:  # words hold nodes that bias has moved already
+                keeps = 1 - mpf(technique.bias_for(np.float64))
+                now = [x + keeps * (y - x) for x, y in zip(stored[1:], now, strict=True)]
+            ray = power.biased(now, technique.bias_for(np.float64) if safe else 0, safe or now)
+            own = alpha if technique.excludes_self else [mpf(0)] * len(alpha)
+            beta = technique.overestimation
+            return mp.fsum(
+                mpf(float(s))
+                * power.transmittance_but_self(
+                    ray, total, at, states.absorbance_of(technique, one), beta
+                )
+                for s, at, one in zip(seed, z, own, strict=True)
+            )
+
+        assert float((T * seed).sum()) == pytest.approx(float(loss(*given)), abs=1e-6)
+        differences(pullback(seed), f, loss)
+
+
+def test_keys_move_as_all_digits_would():
+    """The same of front layers, whose keys say z in 20 bits and alpha in 12."""
+    name, wide = (f"front2(tail='{TAIL}'{more})" for more in (", key_bits=32", ""))
+    f, technique = rays(1, 6), moit.technique(wide)
+    T, pullback = gradients.transmittance(f, name)
+    seed = np.random.default_rng(3).normal(size=T.shape)
+    with mp.workdps(60):
+        six, one = mp.log(6), 2**20 - 1
+        given = [[mpf(float(x)) for x in one] for one in (f.depth, f.alpha)]
+
+        def shares(depth):
+            return [mp.log(x) / six for x in depth]
+
+        said = [mp.nint(x * one) / one for x in shares(given[0])]
+        clear = [1 - (mp.nint(4095 * mp.sqrt(1 - a)) / 4095) ** 2 for a in given[1]]
+
+        def loss(depth, alpha):
+            moved = zip(said, shares(depth), shares(given[0]), strict=True)
+            keys = tuple(mp.exp(six * (s + x - x0)) for s, x, x0 in moved)
+            seen = tuple(c + (a - a0) for c, a, a0 in zip(clear, alpha, given[1], strict=True))
+            answer = front.seen(technique, keys, seen, 1.0, 6.0)[0]
+            return mp.fsum(mpf(float(s)) * x for s, x in zip(seed, answer, strict=True))
+
+        assert float((T * seed).sum()) == pytest.approx(float(loss(*given)), abs=1e-6)
+        differences(pullback(seed), f, loss)
 
 
 def test_ends_of_extents_in_words_move_with_fragments():

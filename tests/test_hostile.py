@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import gpu
 import hostile
+import hostile_pixels
 import numpy as np
 import pytest
 from test_bounds import violations
@@ -409,6 +410,41 @@ def test_each_pixel_has_a_total_of_its_own(shape, certify, coloured):
 def test_no_case_breaks_a_promise(first):
     broken = {number: hostile.tried(number) for number in range(first, first + 100)}
     assert {number: words for number, words in broken.items() if words} == {}
+
+
+@pytest.mark.parametrize("first", range(0, 2 * len(EVERY), 50))
+def test_no_image_of_many_pixels_breaks_a_promise(first):
+    """In small; `python -m tests.fuzz --target pixels` tries them in full."""
+    broken = {number: hostile_pixels.tried(number, 150) for number in range(first, first + 50)}
+    assert {number: words for number, words in broken.items() if words} == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong", "said"),
+    [
+        ("bounds", lambda a, _: (a[0], a[1] * (1 - 1e-7)), "bounds["),
+        ("bounds", lambda a, _: ((a[0] + a[1]) / 2, a[1]), "bounds["),
+        ("total_transmittance", lambda a, how: a * (how.get("threads") != 2), "two threads differ"),
+        ("composite", lambda a, _: a + 0.01 * (a.shape[1] == 7), "differ alone"),
+        ("composite", lambda a, _: a + 0.01 * (a.dtype == np.float64), "from those in double"),
+        ("transmittance", lambda a, _: a * 1.01, "is not in [0.0, 1.0]"),
+    ],
+)
+def test_broken_promises_of_many_pixels_are_seen(monkeypatch, name, wrong, said):
+    """A case of floats, whole but for what is made wrong."""
+    cases = (hostile_pixels.case_of(number, 2_000) for number in range(10**5))
+    case = next(
+        case
+        for case in cases
+        if case.fragments.depth.dtype == np.float32
+        and len(case.fragments) > 6_000
+        and case.fragments.transmission is None
+    )
+    case = case._replace(technique=moit.technique("sorted" if name != "bounds" else "deep-shadow"))
+    assert list(hostile_pixels.broken(case)) == []
+    right = getattr(moit, name)
+    monkeypatch.setattr(moit, name, lambda *a, **how: wrong(right(*a, **how), how))
+    assert any(said in what for what in hostile_pixels.broken(case))
 
 
 def test_cases_are_the_same_for_the_same_number():

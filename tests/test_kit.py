@@ -597,6 +597,7 @@ def test_a_range_of_depth_is_checked(found, tmp_path):
 
 @pytest.mark.parametrize("found", [(0, 10), (-5, 5)])
 def test_a_range_of_what_takes_no_logarithm_may_begin_anywhere(found, tmp_path):
+    moit.export("power4(warp='none')", tmp_path / "unwarped", depth_range=found)
     files = moit.export("power4(warp='linear')", tmp_path / "kit", depth_range=found)
     text = Path(files[1]).read_text(encoding="utf-8")
     scale = 2 / (found[1] - found[0])

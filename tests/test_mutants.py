@@ -32,12 +32,18 @@ def test_faults_are_found_or_survive_and_files_are_put_back(tmp_path):
     faults = [
         mutants.Fault("moit/twice.py", "x + x", "x - x", ask),
         mutants.Fault("moit/twice.py", "x + x", "x * x", ask),
+        mutants.Fault("moit/twice.py", "x + x", "2 * x", ask, "the same number"),
     ]
-    results = {fault.key: (fault, mutants.asked(fault, tmp_path)) for fault in faults}
-    assert [what for _, what in results.values()] == [mutants.FOUND, mutants.SURVIVED]
+    told = [mutants.asked(fault, tmp_path) for fault in faults[:2]]
+    assert told == [(mutants.FOUND, "test_twice.py::test_it"), (mutants.SURVIVED, "")]
+    assert mutants.asked(faults[0], tmp_path, "test_twice.py::test_it") == told[0]
+    assert mutants.failing(ask, tmp_path) is None
     assert "x + x" in (tmp_path / "moit" / "twice.py").read_text()
-    said = mutants.scores(results)
-    assert said.split()[:4] == ["moit", "1", "of", "2"] and "'x * x'" in said
+    results = zip(faults, [what for what, _ in told] + [""], strict=True)
+    said = mutants.scores({fault.key: (fault, what) for fault, what in results}).splitlines()
+    assert said[0].split() == ["moit", "1", "of", "2"] and said[1].split() == "all 1 of 2".split()
+    assert said[2].startswith("survived: ") and said[2].endswith("'x * x'")
+    assert said[3:] == ["not counted: moit/twice.py: '2 * x': the same number"]
 
 
 def test_the_program_can_be_asked_as_a_module():

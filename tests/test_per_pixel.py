@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from itertools import combinations
 
 import gpu
 import numpy as np
@@ -12,10 +11,9 @@ from small import some_fragments
 import moit
 from moit import PerPixel, _core
 from moit.comparing.choice import _shares, _told
+from moit.gpu_costs.predicting import on_gpu
 from moit.per_pixel import error_chances
-from moit.per_pixel.certificates import ColorsBetween, prover
-from moit.per_pixel.error_chances import chance_of_so_few, least_price
-from moit.per_pixel.plan import CANDIDATES, SORTED_BITS, Plan, candidates
+from moit.per_pixel.plan import CANDIDATES, SORTED_BITS, Plan
 from moit.per_pixel.selection import Selection, brightness
 
 MAX_ERRORS = [2 / 255, 8 / 255]
@@ -101,274 +99,6 @@ def test_bits_are_a_quarter_below_the_cheapest_single_technique_that_is_as_good(
             if good.mean() >= 0.999:
                 bits[str(one)] = one.bits_per_pixel
     assert choice.bits_per_pixel <= 0.75 * min(bits.values())
-
-
-# ---- Certificates
-
-
-@pytest.mark.parametrize("dtype", ["float32", "float64"])
-@pytest.mark.parametrize("seed", range(4))
-def test_certified_images_are_never_off_by_more(seed, dtype):
-    f = hard(seed, dtype)
-    for g in (f, tinted(f, seed), f.shuffled(seed)):
-        for max_error in (1e-3, 0.02, 0.3):
-            technique = PerPixel(max_error, certify=True)
-            for behind in ((0, 0, 0), (0.5, 0.1, 4)):
-                image = moit.composite(g, technique, background=behind)
-                assert off(image, g, background=behind).max() <= max_error
-            image = moit.composite(g, technique, cull_opaque=False)
-            assert off(image, g, cull_opaque=False).max() <= max_error
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_the_exact_colour_lies_between_its_bounds(seed):
-    f = hard(seed, "float64")
-    background = np.random.default_rng(seed).uniform(-1, 2, (400, 3))
-    exact = moit.composite(f, "sorted", background=background.reshape(20, 20, 3)).reshape(-1, 4)
-    for name in ("power4", "power8", "sorted"):
-        lower, upper = moit.bounds(f, name)
-        low, high = _core.color_bounds(f, True, 1, background, lower, upper)
-        assert (low <= exact).all() and (exact <= high).all()
-    assert (high - low).max() < 1e-9  # what sorted proves leaves nothing open
-
-
-def extremes(opacity, emitted, lower, upper):
-    """The least and greatest sum of emitted T, for T in [lower, upper] with a known sum of
-    opacity T: at a corner of what is possible all T but one are at their ends."""
-    covered = 1 - np.prod(1 - opacity)
-    found = []
-    n = len(opacity)
-    for free in range(n):
-        others = [i for i in range(n) if i != free]
-        for size in range(n):
-            for above in combinations(others, size):
-                T = lower.copy()
-                T[list(above)] = upper[list(above)]
-                T[free] = 0
-                T[free] = (covered - opacity @ T) / opacity[free]
-                if lower[free] - 1e-12 <= T[free] <= upper[free] + 1e-12:
-                    found.append(emitted @ T)
-    return min(found), max(found)
-
-
-def test_colour_bounds_are_the_sharpest_that_bounds_and_the_sum_of_weights_allow():
-    rng = np.random.default_rng(5)
-    for n in (1, 2, 3, 5):
-        depth, alpha = rng.uniform(1, 9, n), rng.uniform(0.1, 0.9, n)
-        color = rng.uniform(-1, 2, (n, 3))
-        f = moit.Fragments([0, n], depth, alpha, color)
-        T = moit.transmittance(f, "sorted")
-        lower, upper = T * rng.uniform(0.5, 1, n), np.minimum(1, T * rng.uniform(1, 1.5, n))
-        low, high = _core.color_bounds(f, True, 1, np.zeros((1, 3)), lower, upper)
-        for c in range(3):
-            least, most = extremes(alpha, alpha * color[:, c], lower, upper)
-            np.testing.assert_allclose([low[0, c], high[0, c]], [least, most], atol=1e-12)
-
-
-def test_the_prover_leaves_less_open_than_fewer_moments_or_a_wider_range():
-    f = moit.scenes.load("mixed", size=(48, 27), seed=1)
-    proves = prover(f)
-
-    def width(technique):
-        lower, upper = moit.bounds(f, technique)
-        return (upper - lower).mean()
-
-    for less in (
-        dataclasses.replace(proves, count=6),
-        dataclasses.replace(proves, count=4),
-        dataclasses.replace(proves, depth_range="image"),
-    ):
-        assert width(proves) < 0.95 * width(less)
-    assert (proves.warp, prover(hard(6)).warp) == ("log", "log")
-    assert prover(moit.Fragments([0, 1], [-1.0], [0.5])).warp == "linear"
-
-
-@pytest.mark.parametrize("max_error", [0.02, 0.1])
-def test_the_cheapest_technique_that_is_proved_is_taken(max_error):
-    f = hard(11)
-    choice = moit.choose(f, PerPixel(max_error, certify=True))
-    pixels, counts = np.arange(400), counts_of(f)
-    off_at_most = ColorsBetween(Selection(f, True, 1), pixels, f, 1.0)
-    cost = np.empty((len(choice.techniques), 400))
-    for one, row in zip(choice.techniques[:-1], cost, strict=False):
-        sure = (counts <= one.exact_up_to) | (off_at_most(one, pixels) <= max_error)
-        row[:] = np.where(sure, one.bits_per_pixel, np.inf)
-    cost[-1] = SORTED_BITS * counts
-    chosen, filled = choice.map.ravel(), counts > 0
-    assert (cost[chosen[filled], pixels[filled]] == cost[:, filled].min(axis=0)).all()
-    assert len(np.unique(chosen)) > 4
-
-
-def test_without_colour_a_certificate_is_of_transmittance():
-    f = hard(9)
-    bare = moit.Fragments(f.offsets, f.depth, f.alpha, shape=f.shape)
-    held = moit.transmittance(bare, PerPixel(0.05, certify=True))
-    exact = moit.transmittance(bare, "sorted", dtype=np.float64)
-    pixel = np.repeat(np.arange(400), f.counts)
-    assert np.bincount(pixel, f.alpha * np.abs(held - exact), minlength=400).max() <= 0.05
-    assert (held != moit.transmittance(bare, "sorted")).any()
-
-
-# ---- The test behind a prediction
-
-
-def test_the_chance_of_so_few_is_that_of_drawing_them():
-    total, bad, tested = 9, 4, 5
-    draws = list(combinations(range(total), tested))
-    for found in range(tested + 1):
-        share = sum(sum(i < bad for i in draw) <= found for draw in draws) / len(draws)
-        assert chance_of_so_few(found, tested, total - tested, bad) == pytest.approx(share)
-    assert chance_of_so_few(0, 5, 3, 9) == 0  # there are not that many
-
-
-def test_a_test_that_is_too_small_proves_nothing():
-    # One in a thousand of a million, by 1000 pixels: not with 99 % certainty.
-    assert least_price(lambda price: 0, 1000, 10**6, 1000, 0.01) is None
-    assert least_price(lambda price: 0, 5000, 10**6, 1000, 0.01) is not None
-
-
-def test_one_more_than_allowed_would_be_found_out():
-    # C(20, k) / C(40, k) that k bad ones are all among those that were not tested
-    doubt = math.comb(20, 5) / math.comb(40, 5)
-    assert least_price(lambda price: 0, 20, 20, 4, 1.001 * doubt) is not None
-    assert least_price(lambda price: 0, 20, 20, 4, 0.999 * doubt) is None
-    # of six bad ones at most one is found
-    doubt = (math.comb(20, 6) + 20 * math.comb(20, 5)) / math.comb(40, 6)
-    assert least_price(lambda price: 1, 20, 20, 4, 1.001 * doubt) is not None
-    assert least_price(lambda price: 1, 20, 20, 4, 0.999 * doubt) is None
-
-
-def test_chances_are_how_often_techniques_err_and_tell_pixels_apart():
-    rng = np.random.default_rng(7)
-    facts = rng.random((6000, 4))
-    facts[:, 3] = rng.integers(0, 5, 6000)  # says nothing
-    middle = np.exp(3 * (facts[:, 0] - 0.5) + 1.5 * (facts[:, 1] > facts[:, 2]) - 1)
-    spread = np.stack([0.1 + 0.5 * facts[:, 2], np.full(6000, 0.3)], axis=1)
-    error = 0.02 * middle[:, None] * np.exp(spread * rng.normal(size=(6000, 2)))
-    known = error_chances.Chances(facts[:3000], error[:3000], 0.02, seed=0)
-    bad = error[3000:] > 0.02
-    chance = known.at(facts[3000:])
-    for j in range(2):
-        for low, high in ((0, 0.05), (0.05, 0.2), (0.2, 0.5), (0.5, 0.8), (0.8, 1.01)):
-            here = (chance[:, j] >= low) & (chance[:, j] < high)
-            # measured: .054 at most; a quarter of the steps is .25 off, a spread too great .076
-            assert abs(bad[here, j].mean() - chance[here, j].mean()) < 0.065
-        # of always saying the mean it would be .24
-        assert ((chance[:, j] - bad[:, j]) ** 2).mean() < 0.09
-
-
-def test_the_first_price_that_fails_ends_the_search():
-    asked = []
-
-    def failures(price):
-        asked.append(price)
-        return 0 if len(asked) != 5 else 4000
-
-    assert least_price(failures, 5000, 10**6, 1000, 0.01) == asked[3]
-    assert len(asked) == 5 and asked == sorted(asked, reverse=True)
-
-
-def test_the_test_is_of_what_is_promised(monkeypatch):
-    """Of pixels that nobody looked at one in a thousand, with 99.9 % certainty; pixels that taught
-    are none of those that test."""
-    asked = []
-
-    def recorded(choose, tested, others, allowed, doubt):
-        asked.append((tested, others, allowed, doubt, choose(0.0), choose(2.0**40)))
-
-    monkeypatch.setattr(error_chances, "least_price", recorded)
-    f = moit.scenes.load("cloud", size=(160, 90), seed=3)
-    choice = moit.choose(f, PerPixel(2 / 255, sample=1600))
-    ((tested, others, allowed, doubt, cheapest, dearest),) = asked
-    unseen = int((counts_of(f) > 0).sum()) - 1600
-    assert tested == 1600 - 600 and doubt == 0.001
-    assert allowed == unseen // 1000 and others <= unseen
-    assert cheapest > 100 and dearest <= 2
-    # nothing was proved, and the rest is exact
-    assert choice.beyond == 0 and choice.predicted["worst"] < ROUNDING
-
-
-def test_claims_hold_more_often_than_doubt_allows():
-    # Pixels of one kind, of which 1.2 in a thousand are bad: too many. Tests rarely say otherwise.
-    rng, wrong = np.random.default_rng(0), 0
-    for _ in range(400):
-        bad = rng.permutation(30000) < 36
-        tests, others = bad[:8000], bad[8000:]
-        allowed = len(others) // 1000
-        price = least_price(lambda price: int(tests.sum()), 8000, len(others), allowed, 0.01)  # noqa: B023
-        wrong += price is not None and int(others.sum()) > allowed
-    assert wrong / 400 <= 0.03  # 0.01, and what 400 draws may add to it
-
-
-def test_a_small_sample_leaves_the_rest_to_what_is_exact():
-    f = moit.scenes.load("cloud", size=(160, 90), seed=3)
-    choice = moit.choose(f, PerPixel(2 / 255, sample=600))
-    assert choice.beyond == 0 and choice.measured["worst"] < ROUNDING
-    rest = choice.map[~choice.tried & (choice.map >= 0)]
-    used = {str(choice.techniques[i]) for i in np.unique(rest)}
-    assert used <= {"sorted", "depth-peeling4", "weighted-sum"}
-
-
-def test_a_sample_of_nothing_is_as_good_as_exact():
-    f = some_fragments(most=9)
-    assert off(moit.composite(f, PerPixel(sample=0)), f).max() < ROUNDING
-
-
-def test_an_image_that_is_tried_as_a_whole_is_never_off_by_more():
-    for seed in range(3):
-        f = hard(seed)
-        for g in (f, tinted(f)):
-            choice = moit.choose(g, PerPixel(0.02), background=(1, 0, 2))
-            assert choice.error.max() <= 0.02
-            assert choice.bits_per_pixel < SORTED_BITS * counts_of(g).mean()
-
-
-def test_an_image_with_not_many_more_pixels_than_the_sample_is_tried_as_a_whole():
-    f = hard(0)
-    every = int(moit.choose(f, PerPixel(0.02)).tried.sum())
-    for share, whole in ((1.2, True), (1.3, False)):
-        sample = round(every / share)
-        tried = moit.choose(f, PerPixel(0.02, sample=sample)).tried.sum()
-        assert tried == (every if whole else sample)
-
-
-def with_deep_pixels(count: int, every: int, deep: int = 1) -> moit.Fragments:
-    """Pixels of one fragment, which is exact for sure, but for `deep` of `every`, which have 30."""
-    counts = np.where(np.arange(count) % every < deep, 30, 1)
-    n, rng = int(counts.sum()), np.random.default_rng(4)
-    return moit.Fragments(
-        np.append(0, np.cumsum(counts)),
-        rng.uniform(1, 9, n),
-        rng.uniform(0.05, 0.3, n),
-        rng.random((n, 3)) * np.repeat(rng.random(count), counts)[:, None] ** 2,
-        shape=(10, count // 10),
-    )
-
-
-def test_what_is_predicted_of_an_image_that_is_tried_as_a_whole_is_what_is_measured():
-    for every, deep in ((1, 1), (2, 1), (5, 1), (4, 3)):
-        choice = moit.choose(with_deep_pixels(500, every, deep), PerPixel(0.2))
-        assert choice.tried.sum() == 500 * deep / every
-        assert choice.predicted == pytest.approx(choice.measured, abs=ROUNDING)
-        assert (choice.measured["worst"] > 0.01) == (every == 1)  # else of those that are exact
-
-
-def test_what_is_predicted_counts_pixels_that_are_exact_for_sure(monkeypatch):
-    monkeypatch.setattr(error_chances, "least_price", lambda *_: 0.0)  # the cheapest everywhere
-    choice = moit.choose(with_deep_pixels(20000, 10), PerPixel(0.02, ("power4",), sample=900))
-    assert choice.tried.sum() == 900
-    errors = np.sort(choice.error[~choice.tried])
-    assert errors[-11] > 1.3 * errors[-191]  # what 99 % of the open ones, and of all, are off by
-    assert choice.predicted["p99"] == pytest.approx(choice.measured["p99"], rel=0.15)
-
-
-def test_candidates_need_a_curve_only_where_one_is_asked_for():
-    f = hard(3)
-    for technique in (PerPixel(), PerPixel(0.1, ("wboit", "power4", "mlab4"))):
-        every, curved = (candidates(f, technique, curve) for curve in (False, True))
-        assert not all(one.has_curve for one in every)
-        assert curved == [one for one in every if one.has_curve]
-    assert {str(one) for one in candidates(f, PerPixel(), False)} == set(CANDIDATES)
 
 
 # ---- What it takes, and what it says
@@ -494,6 +224,21 @@ def test_what_is_said_of_a_choice_is_of_the_pixels_that_it_is_said_of():
         if bits is not None:
             assert row["bits_per_pixel"] == pytest.approx(bits)
             assert row["bits"] == pytest.approx(bits * here.mean())
+    exact = moit.composite(f, "sorted", dtype="f8")
+    assert (choice.error == np.abs(choice.image - exact).max(2)).all()
+    found, known = choice.gpu_ms("rx6800"), []
+    for row in choice.rows[:-1]:
+        if row["technique"] != "no fragments":
+            one, covered = moit.technique(row["technique"]), round(row["share"] * choice.map.size)
+            ms = on_gpu("rx6800", None).milliseconds(
+                one, row["fragments"], choice.map.size, covered
+            )
+            assert found[row["technique"]] == ms
+            known.append(ms)
+    assert "sorted" in found and found["sorted"] is None is found["all"]
+    told = [row for row in choice.rows[:-1] if found.get(row["technique"]) is not None]
+    rest = dataclasses.replace(choice, rows=tuple(told)).gpu_ms("rx6800")
+    assert len(told) > 1 and rest["all"] == sum(ms for ms in known if ms is not None)
 
 
 def test_a_choice_shows_itself():
@@ -639,7 +384,7 @@ def test_names_read_back():
         assert moit.technique(str(technique)) == technique
         assert hash(technique) == hash(moit.technique(str(technique)))
     assert str(PerPixel()) == "per-pixel"
-    assert PerPixel(0.1, ("power4", "sorted")).techniques == ("power4",)
+    assert PerPixel(0.1, ("power4", "sorted", "power4")).techniques == ("power4",)
 
 
 def test_all_default_candidates_can_be_named():

@@ -120,3 +120,6 @@ def test_cameras_turn_about_the_one_given_and_see_all_that_is_asked_for(monkeypa
     for one in seen:
         assert np.allclose(one["background"], behind) and one["threads"] == 2
         assert one["lights"] == light and one["camera"].eye == CAMERA.eye
+    rolled = moit.Camera(CAMERA.eye, up=(1, 2, 0))
+    moit.popping(balls(), "sorted", (32, 32), camera=rolled, turn=0.02, frames=2)
+    assert all(np.allclose(one["camera"].axes[1], rolled.axes[1]) for one in seen[3:])

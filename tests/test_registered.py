@@ -10,9 +10,12 @@ import pytest
 
 import moit
 from moit.catalog import registered
+from moit.catalog.by_kind import ByKind
 from moit.catalog.names import CLASSES, class_of, start_of
 from moit.catalog.palette import FAMILIES
 from moit.catalog.technique import FACTS
+from moit.gpu.drawn import drawn_for
+from moit.kit.recipes import names_with_kits, recipe_for, recipe_of
 
 CATALOG = Path(registered.__file__).parent
 
@@ -45,6 +48,38 @@ def test_names_begin_as_the_table_says_and_lead_to_the_class(start):
 @pytest.mark.parametrize("start", CLASSES)
 def test_each_class_names_its_family(start):
     assert class_of(start).family in {family.title for family in FAMILIES[:-1]}
+
+
+def test_each_kind_with_a_kit_has_a_name_by_which_kits_are_tested():
+    assert {moit.technique(name).kind for name in names_with_kits()} == set(recipe_for.kinds)
+
+
+def test_what_is_drawn_in_its_own_way_has_targets():
+    """Else its passes over triangles would be there, and never be asked for."""
+    drawn = {one.kind for one in moit.techniques() if one.drawn_to()}
+    assert set(drawn_for.kinds) <= drawn
+
+
+def test_a_kit_that_leaves_colours_as_they_come_out_scales_none(monkeypatch):
+    published = recipe_for["adaptive"]
+    technique = moit.AdaptiveTransparency(4, normalize=True)
+    assert recipe_of(technique, (1.0, 2.0))
+    same = {
+        "adaptive": lambda one, depth_range: published(moit.technique("adaptive4"), depth_range)
+    }
+    monkeypatch.setattr(recipe_for, "_functions", same)
+    with pytest.raises(ValueError, match="leaves colours as they come out"):
+        recipe_of(technique, (1.0, 2.0))
+
+
+def test_functions_are_of_kinds_that_there_are_one_each():
+    functions = ByKind()
+    functions("sorted")(len)
+    with pytest.raises(ValueError, match="no row for 'sortd'"):
+        functions("sortd")
+    with pytest.raises(ValueError, match="'sorted' has len already"):
+        functions("sorted")(abs)
+    assert functions.kinds == ("sorted",) and "unsorted" not in functions
 
 
 def types_of(path):

@@ -2,14 +2,13 @@
 
 import json
 import os
-import platform
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from forked import preloaded
 from variants import EVERY
 
 import moit
@@ -38,18 +37,6 @@ void *aligned_alloc(size_t to, size_t size) { return filled(__libc_memalign(to, 
 """
 
 
-def littered(byte: str, folder: Path) -> dict[str, str]:
-    """What a process needs in its environment for memory to hold such bytes."""
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    if compiler is None or platform.libc_ver()[0] != "glibc" or os.environ.get("LD_PRELOAD"):
-        return {}  # needs a C compiler, glibc and no other LD_PRELOAD
-    source, library = folder / "litter.c", folder / "litter.so"
-    source.write_text(LITTER)
-    flags = ["-O1", "-fno-builtin", "-shared", "-fPIC", f"-DBYTE={byte}"]
-    subprocess.run([compiler, *flags, source, "-o", library], check=True)
-    return {"LD_PRELOAD": str(library)}
-
-
 # 0xff.. is not a number, 0x7f.. a huge one, in both precisions
 RUNS = [("base", "4", "0xff"), ("avx2", "3", "0x7f"), ("avx512", "1", "0xff"), ("base", "1", "0")]
 
@@ -67,7 +54,7 @@ def test_neither_instructions_nor_threads_nor_what_memory_held_change_a_bit(tmp_
                 **os.environ,
                 "MOIT_ISA": name,
                 "MOIT_THREADS": threads,
-                **littered(byte, tmp_path),
+                **preloaded(LITTER, tmp_path, f"-DBYTE={byte}"),
             },
             capture_output=True,
             text=True,
@@ -136,12 +123,9 @@ __attribute__((destructor)) static void say(void) { printf("%d\\n", begun); }
 
 
 def test_no_call_begins_more_threads_than_processors_work(tmp_path):
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    if compiler is None or platform.libc_ver()[0] != "glibc" or os.environ.get("LD_PRELOAD"):
+    environment = preloaded(COUNTED_THREADS, tmp_path)
+    if not environment:
         pytest.skip("needs a C compiler, glibc and no other LD_PRELOAD")
-    source, library = tmp_path / "threads.c", tmp_path / "threads.so"
-    source.write_text(COUNTED_THREADS)
-    subprocess.run([compiler, "-shared", "-fPIC", source, "-o", library, "-ldl"], check=True)
     code = (
         "import moit, numpy as np\n"
         "f = moit.Fragments(np.arange(65537), np.ones(65536), np.full(65536, 0.5))\n"
@@ -151,7 +135,7 @@ def test_no_call_begins_more_threads_than_processors_work(tmp_path):
         [sys.executable, "-c", code],
         env={
             **os.environ,
-            "LD_PRELOAD": str(library),
+            **environment,
             "MOIT_THREADS": "1",
             "OPENBLAS_NUM_THREADS": "1",
         },

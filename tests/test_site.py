@@ -129,6 +129,7 @@ def test_links_of_a_guide_that_leave_the_site_are_paths():
     assert build_site.relinked(text, {"claims.md"}) == (
         "[a](claims.md#x) `b.c` (`csrc/b.c`) [c](../notebooks/splats.ipynb) ![d](e.png)"
     )
+    assert build_site.relinked("[claims.md](claims.md)", {"claims.md"}) == "[](claims.md)"
 
 
 def test_links_that_lead_nowhere_are_named(tmp_path):

@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
-from conftest import LONG
+from conftest import FIRST, LONG
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "tests"
@@ -29,6 +29,7 @@ def test_what_is_said_to_take_long_is_there():
     for name, functions in LONG.items():
         source = (Path(__file__).parent / name).read_text()
         assert not [function for function in functions if f"def {function}(" not in source], name
+    assert [name for name in FIRST if not (FOLDER / name).exists()] == []
 
 
 def test_every_file_of_tests_has_a_quick_one(request):

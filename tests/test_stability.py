@@ -158,6 +158,10 @@ def test_the_advisor_gives_the_bias_that_the_scene_needs():
     double = moit.bias_advice(f, "power6", dtype=np.float64)
     assert double.least < 1e-6 * advice.least
     assert "least bias" in str(advice) and "enough" in str(advice)
+    half = moit.Fragments(  # with as many pixels again of which nothing is known
+        np.concatenate([f.offsets, np.full(len(f.counts), len(f))]), f.depth, f.alpha, f.color
+    )
+    assert moit.bias_advice(half, "power6").invalid == advice.invalid
     two = moit.bias_advice(f, "two-moments-pass")
     assert two.least > 0 and two.rays == advice.rays
 

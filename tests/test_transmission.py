@@ -12,12 +12,12 @@ from variants import EVERY, TARGETS, WITH_CURVE, leaves_nothing
 import moit
 from moit import PowerMoments, WeightedBlended
 from moit.catalog import MomentTechnique
+from moit.catalog.technique import FACTS
 
 # per-pixel chooses anew where transmission changes: see its own tests
 ABLE = [t for t in EVERY if t.supports_transmission and t.engine == "core"]
 UNABLE = [t for t in EVERY if not t.supports_transmission]
-BY_CHANNEL = ["sorted", "unsorted", "depth-peeling", "kbuffer", "hybrid"]
-SHARED = [t for t in ABLE if t.kind not in BY_CHANNEL]
+SHARED = [t for t in ABLE if not FACTS[t.kind]["knows_channels"]]
 BACKGROUND = (0.3, 0.7, 1.1)
 F64 = 1e-13  # sums and products of some ten numbers in double
 

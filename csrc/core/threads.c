@@ -1,11 +1,10 @@
 /* Threads live for one call: starting one costs some 20 microseconds, and a library without
  * threads of its own between calls survives fork and leaves no global state behind. */
-#define _GNU_SOURCE
 #include "core/threads.h"
 
-#include <pthread.h>
 #include <stdatomic.h>
-#include <time.h>
+
+#include "core/system.h"
 
 enum { MOST_THREADS = 256 };
 
@@ -26,12 +25,6 @@ typedef struct {
     int thread;
 } worker;
 
-static double seconds_now(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 static void stop(shared_work *shared, moit_status status) {
     int expected = MOIT_OK;
     atomic_compare_exchange_strong(&shared->status, &expected, status);
@@ -39,23 +32,22 @@ static void stop(shared_work *shared, moit_status status) {
 
 static void work_until_done(shared_work *shared, int thread) {
     const moit_run *run = shared->run;
-    double asked = seconds_now();
+    double asked = moit_seconds();
     while (atomic_load(&shared->status) == MOIT_OK) {
         int64_t item = atomic_fetch_add(&shared->next, 1);
         if (item >= shared->items) return;
         moit_status status = shared->work(shared->context, item, thread);
         if (status != MOIT_OK) stop(shared, status);
-        if (thread == 0 && run->interrupted && seconds_now() - asked > seconds_between_questions) {
+        if (thread == 0 && run->interrupted && moit_seconds() - asked > seconds_between_questions) {
             if (run->interrupted(run->context)) stop(shared, MOIT_INTERRUPTED);
-            asked = seconds_now();
+            asked = moit_seconds();
         }
     }
 }
 
-static void *thread_main(void *argument) {
+static void worker_main(void *argument) {
     worker *self = argument;
     work_until_done(self->shared, self->thread);
-    return NULL;
 }
 
 moit_status moit_parallel_for(const moit_run *run, int64_t items,
@@ -65,15 +57,15 @@ moit_status moit_parallel_for(const moit_run *run, int64_t items,
     int wanted = run->threads < MOST_THREADS ? run->threads : MOST_THREADS;
     if (wanted > items) wanted = (int)items;
 
-    pthread_t threads[MOST_THREADS];
+    moit_thread threads[MOST_THREADS];
     worker workers[MOST_THREADS];
     int started = 1; /* the calling thread is number 0 */
     for (; started < wanted; ++started) {
         workers[started] = (worker){&shared, started};
         /* Fewer threads than asked for is slower, not wrong. */
-        if (pthread_create(&threads[started], NULL, thread_main, &workers[started])) break;
+        if (!moit_start_thread(&threads[started], worker_main, &workers[started])) break;
     }
     work_until_done(&shared, 0);
-    for (int i = 1; i < started; ++i) pthread_join(threads[i], NULL);
+    for (int i = 1; i < started; ++i) moit_join_thread(&threads[i]);
     return (moit_status)atomic_load(&shared.status);
 }

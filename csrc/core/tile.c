@@ -2,14 +2,14 @@
 #define _GNU_SOURCE
 #include "core/tile.h"
 
+#include "core/system.h"
 #include "core/threads.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 /* A tile ends where either is reached; both keep its scratch within a core's second-level cache.
  * One pixel is never cut. A thread takes a run of pixels at a time. */
-enum { TILE_FRAGMENTS = 4096, TILE_PIXELS = 512, RUN_PIXELS = 2048, ALIGNMENT = 64 };
+enum { TILE_FRAGMENTS = 4096, TILE_PIXELS = 512, RUN_PIXELS = 2048 };
 
 typedef struct {
     const moit_job *job;
@@ -29,7 +29,7 @@ typedef struct {
 } pieces;
 
 static void *piece(pieces *p, int64_t count, size_t size) {
-    size_t bytes = ((size_t)count * size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    size_t bytes = moit_aligned_size((size_t)count * size);
     void *start = p->memory ? p->memory + p->used : NULL;
     p->used += bytes;
     return start;
@@ -312,10 +312,10 @@ moit_status moit_for_tiles_of(const moit_job *job, const moit_runs *runs_,
     int64_t runs = (pixels - t.runs.first + t.runs.length - 1) / t.runs.length;
     int64_t threads = job->run->threads < runs ? job->run->threads : runs;
     if (threads < 1) return MOIT_OK;
-    t.memory = aligned_alloc(ALIGNMENT, t.part * (size_t)threads);
+    t.memory = moit_aligned_memory(t.part * (size_t)threads);
     if (!t.memory) return MOIT_NO_MEMORY;
     moit_status status = moit_parallel_for(job->run, runs, answer_run, &t);
-    free(t.memory);
+    moit_free_aligned(t.memory);
     return status;
 }
 

@@ -56,8 +56,8 @@ def relinked(text: str, own: set[str]) -> str:
             return found[0]
         if path.startswith("../notebooks/") and Path(path).stem in NOTEBOOKS:
             return f"[{label}](../notebooks/{Path(path).stem}.ipynb)"
-        if path in own:
-            return f"[{label}]({path}{mark}{anchor})"
+        if path in own:  # a file's name gives way to what it is called
+            return f"[{'' if label.strip('`') == path else label}]({path}{mark}{anchor})"
         named = os.path.normpath(Path("docs", path))
         return f"`{named}`" if label.strip("`") in (path, named) else f"{label} (`{named}`)"
 

@@ -82,7 +82,7 @@ def facts(variants: list[moit.Technique]) -> str:
     return "\n\n".join(
         [
             table(["name", "bits a pixel", "passes over geometry", "access", "targets"], rows),
-            table(["", ""], [[f"**{name}**", text] for name, text in said]),
+            table(["question", "answer"], [[name, text] for name, text in said]),
         ]
     )
 
@@ -254,7 +254,7 @@ def write_pages(folder: Path, only: tuple[str, ...] = ()) -> None:
             "where it fails, what it costs, and where it was published. "
             "[Which one should I take?](../which_one.md)",
             "",
-            table(["", "names", "bits a pixel", "any order", "source"], rows),
+            table(["technique", "names", "bits a pixel", "any order", "source"], rows),
             "",
             "```{toctree}\n:hidden:\n",
             *names,

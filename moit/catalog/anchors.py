@@ -12,6 +12,7 @@ from moit.catalog.network import network_of
 from moit.catalog.neural import NetworkOption, hold_network
 from moit.catalog.options import whole, within
 from moit.catalog.reconstruction import WarpedDepth
+from moit.catalog.targets import KeyWords, Targets, added, formats_for, held_in, multiplied
 from moit.catalog.technique import Listed
 from moit.checks.arguments import one_of
 
@@ -20,6 +21,11 @@ MOST_CELLS = _core.numbers()["MOST_CELLS"]
 CELLS_OF_A_WORD = 5  # of 7131 values each, in 64 bits
 KEY_BITS = (32, 64)
 MOST_GAMMA = 32.0  # beyond, all but the nearest are of no importance
+
+
+def words_of_keys(kept: int, key_bits: int) -> int:
+    """And of where the pixel begins and ends."""
+    return kept * key_bits // 32 + 2
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,7 +71,6 @@ class Anchors(WarpedDepth):
     key_bits: int = dataclasses.field(default=32, kw_only=True)
 
     kind: ClassVar[str] = "anchors"
-    uses_atomics: ClassVar[bool] = True  # keys are found, and cells summed, without any order
     counted: ClassVar[str] = "kept"
     usual: ClassVar[int] = 4
     listed: ClassVar[Listed] = ({"kept": 4},)
@@ -96,6 +101,19 @@ class Anchors(WarpedDepth):
             "gamma": self.gamma,
             "large_keys": self.key_bits > 32,
         }
+
+    def shipped_to(self) -> Targets | None:
+        keys = words_of_keys(self.kept, self.key_bits)
+        return Targets(
+            shaded=added("16f", multiplied()), words=KeyWords(keys, self.kept + self.cells)
+        )
+
+    @property
+    def costs_like(self) -> tuple[str, ...]:
+        """Those by name have as many of each, whatever else is said."""
+        usual = Anchors(4)
+        own = (self.kept, self.cells, self.key_bits)
+        return ("anchors4",) if own == (usual.kept, usual.cells, usual.key_bits) else ()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -137,7 +155,6 @@ class Strong(WarpedDepth):
     key_bits: int = dataclasses.field(default=32, kw_only=True)
 
     kind: ClassVar[str] = "strong"
-    uses_atomics: ClassVar[bool] = True  # keys are found without any order
     counted: ClassVar[str] = "kept"
     usual: ClassVar[int] = 5
     listed: ClassVar[Listed] = ({"kept": 5},)
@@ -180,3 +197,10 @@ class Strong(WarpedDepth):
             "large_keys": self.key_bits > 32,
             "network": network_of(self.network, self.network_kind).packed(),
         }
+
+    def shipped_to(self) -> Targets | None:
+        return Targets(
+            held_in((*formats_for(6, "16f"), "r16f")),
+            added("16f", multiplied()),
+            words=KeyWords(words_of_keys(self.kept, self.key_bits)),
+        )

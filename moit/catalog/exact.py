@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import ClassVar
 
+from moit.catalog.targets import Target, Targets
 from moit.catalog.technique import Technique
 
 
@@ -44,3 +45,6 @@ class AlphaBlend(Technique):
     family: ClassVar[str] = "unsorted"
     source: ClassVar[str] = "Porter and Duff 1984"
     papers: ClassVar[tuple[str, ...]] = ("porter1984",)
+
+    def drawn_to(self, colours: str = "16f") -> Targets | None:
+        return Targets(shaded=(Target(f"rgba{colours}", "over"),))

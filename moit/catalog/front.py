@@ -13,6 +13,7 @@ from moit.catalog.names import technique
 from moit.catalog.neural import BoundedNeural
 from moit.catalog.options import WARPS, depth_to_warp, flag, hold, whole
 from moit.catalog.reconstruction import MomentTechnique
+from moit.catalog.targets import KeyWords, Target, Targets, added
 from moit.catalog.technique import NUMBERS, Listed, Technique
 from moit.checks.arguments import one_of
 from moit.fragments.fragments import Fragments
@@ -75,7 +76,6 @@ class FrontLayers(Technique):
     usual: ClassVar[int] = 2
     listed: ClassVar[Listed] = ({"layers": 2},)
     family: ClassVar[str] = "strongest"
-    uses_atomics: ClassVar[bool] = True  # the nearest are found without any order
     source: ClassVar[str] = "ours"
 
     def __post_init__(self) -> None:
@@ -148,3 +148,9 @@ class FrontLayers(Technique):
         warp = self.depth_warp or WARPS[-1]
         depth_to_warp(f, warp, "pixel" if self.range_per_pixel else "image", self.unit_range)
         return super().fields_for(f)
+
+    def shipped_to(self) -> Targets | None:
+        tail = self.behind.drawn_to()
+        assert tail
+        words = KeyWords(self.layers * self.key_bits // 32, of_all=True)
+        return Targets(tail.held, added("16f", Target("rgba16f", "add")), words=words)

@@ -10,6 +10,7 @@ import numpy as np
 from moit import _core
 from moit.catalog.options import WARPS, depth_to_warp, flag, whole, within
 from moit.catalog.renormalised import Renormalised
+from moit.catalog.targets import Target, Targets, added, formats_for, held_in, multiplied
 from moit.catalog.technique import Listed, Technique
 from moit.checks.arguments import one_of
 from moit.fragments.fragments import Fragments
@@ -31,6 +32,11 @@ class _Layers(Technique):
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {**super().fields_for_core(dtype), "count": self.layers}
+
+    def _layers_and(self, *tail: Target) -> Targets:
+        """What holds them, and what leaves them is blended to."""
+        held = held_in(formats_for(5 * self.layers, "32f"), "ordered")
+        return Targets(held, tail=tail)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -70,6 +76,9 @@ class DepthPeeling(Renormalised, _Layers):
         super().__post_init__()
         self._check_normalize()
 
+    def shipped_to(self) -> Targets | None:
+        return Targets(shaded=(Target("rgba16f", "under"),), rounds=self.layers)
+
 
 @dataclasses.dataclass(frozen=True)
 class KBuffer(_Layers):
@@ -105,6 +114,9 @@ class KBuffer(_Layers):
     @property
     def bits_per_pixel(self) -> float | None:
         return self.layers * LAYER_BITS
+
+    def shipped_to(self) -> Targets | None:
+        return self._layers_and(Target("rgba16f", "over"))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -142,7 +154,10 @@ class HybridTransparency(Renormalised, _Layers):
     family: ClassVar[str] = "layers"
     source: ClassVar[str] = "Maule et al. 2013"
     papers: ClassVar[tuple[str, ...]] = ("maule2013",)
-    uses_atomics: ClassVar[bool] = True  # the core is found without any order
+
+    @property
+    def uses_atomics(self) -> bool:
+        return True  # the core is found without any order
 
     @property
     def bits_per_pixel(self) -> float | None:
@@ -159,6 +174,10 @@ class HybridTransparency(Renormalised, _Layers):
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {**super().fields_for_core(dtype), "core_alpha": self.core_alpha}
+
+    def shipped_to(self) -> Targets | None:
+        total = multiplied() if self.normalize else Target("r16f", "add")
+        return self._layers_and(*added("16f", total))
 
 
 class _Merging(Technique):
@@ -270,6 +289,9 @@ class AdaptiveTransparency(Renormalised, _Merging):
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {**super().fields_for_core(dtype), "count": self.nodes}
 
+    def drawn_to(self, colours: str = "16f") -> Targets | None:
+        return Targets(held_in(formats_for(2 * self.nodes, "32f"), "ordered"), added(colours))
+
 
 @dataclasses.dataclass(frozen=True)
 class MultiLayerAlphaBlending(_Merging):
@@ -369,3 +391,8 @@ class MultiLayerAlphaBlending(_Merging):
             "front_alpha": self.front_alpha,
             "back_alpha": self.back_alpha,
         }
+
+    def drawn_to(self, colours: str = "16f") -> Targets | None:
+        # where buckets end: words of how far before the farthest depth
+        ends = (Target("rg16", "max"),) if self.buckets else ()
+        return Targets((*held_in(formats_for(5 * self.layers, "32f"), "ordered"), *ends))

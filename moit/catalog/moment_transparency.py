@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from moit.catalog.options import hold, names_of, whole
 from moit.catalog.reconstruction import OverestimatingMoments
+from moit.catalog.targets import Targets, added, held_in, multiplied
 from moit.catalog.technique import Listed
 from moit.checks.arguments import one_of
 
@@ -141,6 +142,10 @@ class MomentTransparency(OverestimatingMoments):
         return self.resolution
 
     @property
+    def draws_blocks(self) -> bool:
+        return self.low_resolution == "raster"
+
+    @property
     def geometry_passes(self) -> int | None:
         return (super().geometry_passes or 0) + self.passes - 1
 
@@ -165,3 +170,14 @@ class MomentTransparency(OverestimatingMoments):
             "average": self.low_resolution == "average",
             "symmetric": self.interval == "symmetric",
         }
+
+    def drawn_to(self, colours: str = "16f") -> Targets | None:
+        moments, total = held_in(("rgba32f", "r32f")), multiplied()
+        if self.resolution > 1:
+            return Targets(moments, added(colours, total))
+        return Targets((*moments, total), added(colours))
+
+    def shipped_to(self) -> Targets | None:
+        found = self.drawn_to()
+        assert found
+        return dataclasses.replace(found, second=found.held[:2] if self.passes == 2 else ())

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 from moit.catalog.blocks import InBlocks
 from moit.catalog.options import hold, whole, within
 from moit.catalog.reconstruction import HalfMoments, OverestimatingMoments
+from moit.catalog.targets import Targets, added, formats_for, held_in
 from moit.catalog.technique import Listed
 from moit.checks.arguments import one_of
 
@@ -94,6 +95,13 @@ class CountedMoments(InBlocks, OverestimatingMoments):
             "bits": self.bits,
             "b0_is_half": self.b0_is_half,
         }
+
+    def drawn_to(self, colours: str = "16f") -> Targets | None:
+        numbers = self.moment_count * (2 if self.moments_are_complex else 1)
+        if self.bits == 32:
+            return Targets(held_in((*formats_for(numbers, "32f"), "r32f")), added(colours))
+        formats = (*formats_for(numbers, "16"), "r16f" if self.b0_is_half else "r32f")
+        return Targets(held_in(formats, "ordered"), added(colours))
 
 
 @dataclasses.dataclass(frozen=True)

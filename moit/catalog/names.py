@@ -18,6 +18,10 @@ from moit.catalog.technique import Technique
 # moit.catalog.registered fills it.
 CLASSES: dict[str, str] = {}
 
+# Python's parser says of a text that is nested deeply that there is no memory: of none that is
+# shorter than this.
+NESTED = 1000
+
 
 def techniques() -> list[Technique]:
     """One of every kind, with default options, in the order of the documentation's table.
@@ -196,8 +200,11 @@ def _options_in(name: str, text: str) -> Mapping[str, Any]:
             names = [word.arg for word in call.keywords]
             if all(names) and len(set(names)) == len(names):
                 return {str(word.arg): ast.literal_eval(word.value) for word in call.keywords}
-    except (SyntaxError, ValueError, TypeError, MemoryError, RecursionError):
+    except (SyntaxError, ValueError, TypeError, RecursionError):
         pass
+    except MemoryError:
+        if len(text) < NESTED:
+            raise
     raise ValueError(
         f"technique: expected options as name=value,... with plain values, got {name!r:.200}"
     )

@@ -10,6 +10,7 @@ from moit.catalog.blocks import InBlocks
 from moit.catalog.network import Network, network_of
 from moit.catalog.options import hold
 from moit.catalog.reconstruction import HalfMoments
+from moit.catalog.targets import Targets, added, formats_for, held_in
 from moit.catalog.technique import Listed, Technique
 from moit.checks.arguments import one_of, path_name
 
@@ -113,3 +114,9 @@ class BoundedNeural(InBlocks, HalfMoments):
             "bits": 32,
             "network": network,
         }
+
+    def drawn_to(self, colours: str = "16f") -> Targets | None:
+        if self.in_halves:
+            return super().drawn_to(colours)
+        formats = (*formats_for(self.moment_count, "32f"), "r32f")
+        return Targets(held_in(formats), added(colours))

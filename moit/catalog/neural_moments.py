@@ -11,6 +11,7 @@ from moit.catalog.network import network_of
 from moit.catalog.neural import NetworkOption, hold_network
 from moit.catalog.options import WARPS, depth_to_warp, flag, within
 from moit.catalog.reconstruction import DEPTH_RANGES, MAX_ALPHA
+from moit.catalog.targets import Target, Targets, added, held_in
 from moit.catalog.technique import Technique
 from moit.checks.arguments import one_of
 from moit.fragments.fragments import Fragments
@@ -126,6 +127,12 @@ class NeuralMoments(_Networked):
             "normalize": self.normalize,
         }
 
+    def drawn_to(self, colours: str = "16f") -> Targets | None:
+        """The paper's; its half floats are words where a round before has to find extents."""
+        # -z and z; words are of what is above -1
+        extent = Target("rg16", "max") if self.range_per_pixel else Target("rg16f", "max", -1.0)
+        return Targets((*held_in(("rgba32f", "rg32f")), extent), added(colours))
+
 
 @dataclasses.dataclass(frozen=True)
 class DeepFragments(_Networked):
@@ -168,6 +175,7 @@ class DeepFragments(_Networked):
     """
 
     bits: ClassVar[int] = 16  # of a sum's number
+    layers: ClassVar[int] = 2  # that are kept as they are
     kind: ClassVar[str] = "dfa"
     family: ClassVar[str] = "power, neural"
     source: ClassVar[str] = "Tsopouridis et al. 2024 (DFA, as NMT tells of it)"

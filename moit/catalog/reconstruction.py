@@ -10,6 +10,7 @@ import numpy as np
 
 from moit import _core
 from moit.catalog.options import WARPS, depth_to_warp, flag, within
+from moit.catalog.targets import Target, Targets, added, formats_for, held_in
 from moit.catalog.technique import Technique
 from moit.checks.arguments import one_of
 from moit.fragments.fragments import Fragments
@@ -204,6 +205,13 @@ class HalfMoments(MomentTechnique):
 
     def _state_fields(self) -> dict[str, Any]:
         return {"halves": self.in_halves}
+
+    def drawn_to(self, colours: str = "16f") -> Targets | None:
+        if not self.in_halves:
+            return super().drawn_to(colours)
+        extent = (Target("rg16", "max"),) if self.range_per_pixel else ()
+        held = held_in((*formats_for(self.moment_count, "16f"), "r16f"))
+        return Targets((*held, *extent), added(colours))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -11,6 +11,7 @@ import numpy as np
 from moit.catalog.blocks import InBlocks
 from moit.catalog.options import whole
 from moit.catalog.reconstruction import Reconstruction
+from moit.catalog.targets import Targets, added, formats_for, held_in
 from moit.catalog.technique import Listed
 from moit.checks.arguments import one_of
 
@@ -91,6 +92,10 @@ class FourierOpacity(InBlocks, Reconstruction):
             "count": self.coefficients,
             "bits": self.bits,
         }
+
+    def drawn_to(self, colours: str = "16f") -> Targets | None:
+        formats = formats_for(self.coefficients, "16f" if self.bits == 16 else "32f")
+        return Targets(held_in(formats), added(colours))
 
 
 @dataclasses.dataclass(frozen=True)

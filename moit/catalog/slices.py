@@ -11,6 +11,7 @@ import numpy as np
 from moit.catalog.blocks import check_surfaces, check_upsampling
 from moit.catalog.options import names_of, whole, within
 from moit.catalog.reconstruction import WarpedDepth
+from moit.catalog.targets import SliceWords, Targets, added, held_in, multiplied
 from moit.checks.arguments import one_of
 from moit.fragments.fragments import Fragments
 from moit.fragments.squares import squares_of
@@ -97,7 +98,6 @@ class AdaptiveVoxels(WarpedDepth):
 
     kind: ClassVar[str] = "avboit"
     family: ClassVar[str] = "curves, series"
-    uses_atomics: ClassVar[bool] = True
     source: ClassVar[str] = "Drobot 2025"
     papers: ClassVar[tuple[str, ...]] = ("drobot2025",)
 
@@ -126,6 +126,10 @@ class AdaptiveVoxels(WarpedDepth):
     def block_side(self) -> int:
         return self.resolution
 
+    @property
+    def draws_blocks(self) -> bool:
+        return self.low_resolution == "raster"
+
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {
             **super().fields_for_core(dtype),
@@ -139,6 +143,10 @@ class AdaptiveVoxels(WarpedDepth):
             "cubic": self.filter == "cubic",
             "average": self.low_resolution == "average",
         }
+
+    def shipped_to(self) -> Targets | None:
+        words = SliceWords(self.count, self.cells, self.draws_blocks)
+        return Targets(shaded=added("16f", multiplied("r8")), words=words)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -204,7 +212,6 @@ class Slices(WarpedDepth):
     inside: str | None = dataclasses.field(default=None, kw_only=True)
 
     kind: ClassVar[str] = "slices"
-    uses_atomics: ClassVar[bool] = True
     counted: ClassVar[str] = "count"
     usual: ClassVar[int] = 64
     family: ClassVar[str] = "curves, series"
@@ -306,3 +313,17 @@ class Slices(WarpedDepth):
             "depth_aware": self.upsampling == "depth-aware",
             "inside": self.inside is not None,
         }
+
+    def shipped_to(self) -> Targets | None:
+        words = SliceWords(self.count, self._cells)
+        if self.total == "block":
+            return Targets(shaded=added("16f", multiplied()), words=words)
+        held = held_in(("r32f" if self.total == "full" else "r16f",))
+        return Targets(held, added("16f"), words=words)
+
+    @property
+    def costs_like(self) -> tuple[str, ...]:
+        """Passes differ by what blocks share, not by how many slices there are."""
+        if self.inside or self.table != "image":
+            return ()
+        return ("slices64",) if self.resolution == 1 else ("slices32(resolution=4,total='full')",)

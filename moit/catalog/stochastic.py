@@ -9,6 +9,7 @@ import numpy as np
 
 from moit import _core
 from moit.catalog.options import flag, whole
+from moit.catalog.targets import Target, Targets, added, multiplied
 from moit.catalog.technique import Listed, Technique
 
 MOST_SAMPLES = _core.numbers()["MOST_SAMPLES"]
@@ -75,6 +76,9 @@ class Stochastic(Technique):
             "normalize": self.normalize,
         }
 
+    def shipped_to(self) -> Targets | None:
+        return Targets((multiplied(),), added("16f"), samples=self.samples)
+
 
 @dataclasses.dataclass(frozen=True)
 class HashedAlpha(Technique):
@@ -113,3 +117,6 @@ class HashedAlpha(Technique):
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {**super().fields_for_core(dtype), "seed": self.seed}
+
+    def shipped_to(self) -> Targets | None:
+        return Targets(shaded=(Target("rgba16f", "replace"),))

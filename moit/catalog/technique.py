@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from moit import _core
-from moit.catalog.targets import Target, targets_of
+from moit.catalog.targets import Target, Targets
 from moit.fragments.fragments import Fragments
 
 # The core's rows, each at its kind's number, and those numbers.
@@ -64,7 +64,8 @@ class Technique:
     has_curve : whether there is a transmittance at every depth, not only at fragments.
     random : whether answers hang on a seed, and are right only on the mean over seeds.
     unit_range : the depths that moments are taken of, or None.
-    local : whether a pixel's answer hangs on its own fragments and the depth range alone.
+    local : whether a pixel's answer hangs on its own fragments, its display coordinates and the
+        depth range alone.
     supports_transmission : whether fragments may have coloured transmission.
     stores_moments, has_network : what it keeps, and what reads it.
     adds_targets : whether what it keeps of a pixel adds up between pictures.
@@ -113,7 +114,6 @@ class Technique:
     has_gradient: ClassVar[bool]
     thick: ClassVar[str]
     sorts: ClassVar[bool] = False
-    uses_atomics: ClassVar[bool] = False
     source: ClassVar[str] = ""
     papers: ClassVar[tuple[str, ...]] = ()  # keys of catalog.papers, whatever the options
     remark: ClassVar[str] = ""  # what every row about it notes
@@ -165,14 +165,29 @@ class Technique:
         each = self._count if self.row["passes_count"] else 0
         return int(self.row["geometry_passes"]) + each + self.range_per_pixel
 
+    def drawn_to(self, colours: str = "16f") -> Targets | None:
+        """What moit's own passes over triangles draw to, with colours in numbers of such a kind;
+        None: they keep lists of fragments."""
+        return None
+
+    def shipped_to(self) -> Targets | None:
+        """What an engine draws to (`moit.export`), also where `drawn_to` has nothing."""
+        return self.drawn_to()
+
     @property
     def targets(self) -> tuple[Target, ...]:
-        found = targets_of(self)
+        found = self.drawn_to()
         return (*found.held, *found.shaded) if found else ()
 
     @property
     def needs_order(self) -> bool:
         return any(target.blend == "ordered" for target in self.targets)
+
+    @property
+    def uses_atomics(self) -> bool:
+        """Whether fragments change words of a pixel by atomics on integers."""
+        found = self.shipped_to()
+        return bool(found and found.words)
 
     @property
     def access(self) -> str:
@@ -220,9 +235,20 @@ class Technique:
         return 0, 0.0
 
     @property
+    def costs_like(self) -> tuple[str, ...]:
+        """Names of those whose shaders cost as much, the nearest first (`moit.gpu_costs`)."""
+        return ()
+
+    @property
     def block_side(self) -> int:
         """Of squares of pixels that share a state."""
         return 1
+
+    @property
+    def draws_blocks(self) -> bool:
+        """Whether blocks of pixels have what the pixel at their middle has, as a smaller target
+        would; else the mean of what their pixels have."""
+        return False
 
     @property
     def network_kind(self) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from moit.catalog.blocks import InBlocks
 from moit.catalog.reconstruction import Reconstruction
+from moit.catalog.targets import Targets, added, formats_for, held_in
 from moit.catalog.technique import Listed
 from moit.checks.arguments import one_of
 
@@ -84,3 +85,7 @@ class WaveletTransparency(InBlocks, Reconstruction):
             "bits": self.bits,
             "density": self.projected == "density",
         }
+
+    def shipped_to(self) -> Targets | None:
+        formats = formats_for(self.coefficients, "16f" if self.bits == 16 else "32f")
+        return Targets(held_in(formats), added("16f"))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.catalog.options import each_depth, names_of, positive
 from moit.catalog.renormalised import Renormalised
+from moit.catalog.targets import Target, Targets, added, multiplied
 from moit.catalog.technique import Listed, Technique
 from moit.checks.arguments import one_of
 from moit.checks.arrays import as_array, finite
@@ -53,6 +54,10 @@ class WeightedSum(Renormalised):
     def bits_per_pixel(self) -> float | None:
         return 32 if self.normalize else 0
 
+    def drawn_to(self, colours: str = "16f") -> Targets | None:
+        second = multiplied() if self.normalize else Target(f"r{colours}", "add")
+        return Targets(shaded=added(colours, second))
+
 
 @dataclasses.dataclass(frozen=True)
 class WeightedAverage(Technique):
@@ -73,6 +78,9 @@ class WeightedAverage(Technique):
     @property
     def bits_per_pixel(self) -> float | None:
         return 32
+
+    def drawn_to(self, colours: str = "16f") -> Targets | None:
+        return Targets(shaded=added(colours, Target(f"r{colours}", "add")))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -177,3 +185,6 @@ class WeightedBlended(Technique):
                 f"weight[{at}]: found {ready[at]}; needed a number that is not negative"
             )
         return ready
+
+    def drawn_to(self, colours: str = "16f") -> Targets | None:
+        return Targets(shaded=added(colours, multiplied("r8" if self.bits == 16 else "r32f")))

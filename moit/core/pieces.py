@@ -21,7 +21,8 @@ from moit.catalog.options import WARPS
 from moit.catalog.technique import Technique
 from moit.core import intervals
 from moit.core.engine import Array, Depths, Engine, Question
-from moit.fragments.fragments import Fragments, taken
+from moit.fragments.fragments import Fragments
+from moit.fragments.held import taken
 from moit.fragments.ranges import opaque_fragments
 from moit.system.environment import thread_count
 

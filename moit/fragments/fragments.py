@@ -16,12 +16,12 @@ from moit.checks.randomness import generator_of
 from moit.checks.windows import interval, origin_of, range_of, size_of
 from moit.fragments.display import fragments_html
 from moit.fragments.frame import Frame
+from moit.fragments.held import Index, each_of, explain, frozen, places_of, read_only, taken
 from moit.fragments.ranges import default_range, with_far_background
 from moit.fragments.records import columns as record_columns
 from moit.system.environment import thread_count
 
 Real = NDArray[np.float32] | NDArray[np.float64]
-Index = NDArray[np.int64]
 
 ARRAYS = ("depth", "alpha", "color", "transmission", "back", "emission", "deviation")
 NO_CUTS: NDArray[np.float64] = np.zeros(0)
@@ -169,7 +169,7 @@ class Fragments:
         """
         window = origin_of(origin)
         given = None if depth_range is None else range_of(depth_range)
-        offsets = _frozen(offsets)
+        offsets = frozen(offsets)
         near, far = given or (-math.inf, math.inf)
         threads = thread_count(None)
         fault, span = _core.check_fragments(offsets, *arrays, near, far, threads)
@@ -177,7 +177,7 @@ class Fragments:
             arrays = with_far_background(arrays)
             fault, span = _core.check_fragments(offsets, *arrays, near, far, threads)
         if fault is not None:
-            _explain(*fault, offsets, dict(zip(ARRAYS, arrays, strict=True)), given, place)
+            explain(*fault, offsets, dict(zip(ARRAYS, arrays, strict=True)), given, place)
         if given is None:
             given = default_range(arrays)[0] if span is None else span[:2]
         self._hold(offsets, arrays, shape, given, window, frame)
@@ -191,7 +191,7 @@ class Fragments:
         origin: tuple[int, int],
         frame: Frame | None = None,
     ) -> None:
-        held = (offsets, *_each(arrays, _read_only), shape, depth_range, origin, frame)
+        held = (offsets, *each_of(arrays, read_only), shape, depth_range, origin, frame)
         names = ("offsets", *ARRAYS, "shape", "depth_range", "origin", "frame")
         for name, value in zip(names, held, strict=True):
             object.__setattr__(self, name, value)
@@ -208,7 +208,7 @@ class Fragments:
     ) -> Fragments:
         """Fragments whose numbers come from others and need no second look."""
         f = object.__new__(cls)
-        f._hold(_frozen(offsets), arrays, shape, depth_range, origin, frame)
+        f._hold(frozen(offsets), arrays, shape, depth_range, origin, frame)
         return f
 
     @classmethod
@@ -247,7 +247,7 @@ class Fragments:
         """
         size = size_of(shape)
         arrays = real_arrays(depth, alpha, color, transmission, back, emission, deviation, dtype)
-        at = _places(pixel, x, y, len(arrays[0]), size)
+        at = places_of(pixel, x, y, len(arrays[0]), size)
         grouped = _core.group_by_pixel(at, size[0] * size[1])
         if isinstance(grouped, int):
             raise FragmentsError(
@@ -339,7 +339,7 @@ class Fragments:
         np.cumsum(present.sum(axis=1), out=offsets[1:])
         pixel, layer = np.nonzero(present)
         order = layer * pixels + pixel
-        flat = _each(arrays, lambda a: a.reshape(layers * pixels, *a.shape[3:]))
+        flat = each_of(arrays, lambda a: a.reshape(layers * pixels, *a.shape[3:]))
         f = object.__new__(cls)
         f._check(
             offsets,
@@ -395,7 +395,7 @@ class Fragments:
         np.cumsum(counts, out=offsets[1:])
         if size[1] == width and len(begins):  # whole rows lie side by side
             part = slice(begins[0], begins[0] + offsets[-1])
-            arrays = _each(self._arrays(), lambda a: a[part])
+            arrays = each_of(self._arrays(), lambda a: a[part])
         else:
             order = np.repeat(begins - offsets[:-1], counts)
             order += np.arange(len(order))
@@ -518,44 +518,6 @@ class Fragments:
         return _restored, (type(self), self.offsets, self._arrays(), *facts)
 
 
-def _places(
-    pixel: ArrayLike | None,
-    x: ArrayLike | None,
-    y: ArrayLike | None,
-    count: int,
-    size: tuple[int, int],
-) -> Index:
-    """(N,) where each fragment is: y * width + x, which the core holds against the pixels."""
-    if (pixel is None) == (x is None) or (x is None) != (y is None):
-        given = {"pixel": pixel, "x": x, "y": y}
-        names = [name for name, value in given.items() if value is not None]
-        raise FragmentsTypeError(
-            f"pixel: expected integers, or x and y in its place; "
-            f"got {' and '.join(names) or 'none of them'}"
-        )
-    if pixel is not None:
-        return _indices(pixel, "pixel", count)
-    column, row = _indices(x, "x", count), _indices(y, "y", count)
-    for name, at, length in (("x", column, size[1]), ("y", row, size[0])):
-        outside = (at < 0) | (at >= length)
-        if outside.any():
-            i = int(outside.argmax())
-            raise FragmentsError(
-                f"{name}[{i}]: found {at[i]}; needed at least 0 and below {length}"
-            )
-    return row * size[1] + column
-
-
-def _indices(value: ArrayLike | None, name: str, count: int) -> Index:
-    """(N,) a copy in int64, in which no product of two sides of an image wraps."""
-    at = integers(value, name)
-    if at.shape != (count,):
-        raise FragmentsError(
-            f"{name}: with depth of shape ({count},), {name} must have the same; got {at.shape}"
-        )
-    return np.array(at, np.int64)
-
-
 def _restored(
     cls: type[Fragments],
     offsets: Index,
@@ -568,66 +530,3 @@ def _restored(
     f = object.__new__(cls)
     f._check(offsets, arrays, shape, depth_range, origin, frame=frame)
     return f
-
-
-def _frozen(offsets: Index) -> Index:
-    """A copy that nobody can change: the core's loops rely on offsets."""
-    if isinstance(offsets.base, bytes):
-        return offsets
-    return np.frombuffer(offsets.tobytes(), np.int64)
-
-
-def _read_only(array: NDArray[Any]) -> NDArray[Any]:
-    view = array.view()
-    view.flags.writeable = False
-    return view
-
-
-def _each(arrays: Arrays, changed: Callable[[NDArray[Any]], NDArray[Any]]) -> Arrays:
-    depth, alpha, *others = arrays
-    color, transmission, back, emission, deviation = (
-        None if a is None else changed(a) for a in others
-    )
-    return changed(depth), changed(alpha), color, transmission, back, emission, deviation
-
-
-def taken(arrays: Arrays, order: Index) -> Arrays:
-    return _each(arrays, lambda a: np.take(a, order, axis=0))
-
-
-def _explain(
-    name: str,
-    index: int,
-    offsets: Index,
-    arrays: dict[str, Any],
-    depth_range: tuple[float, float] | None,
-    place: Callable[[int], str],
-) -> NoReturn:
-    """Raises what `_core.check_fragments` found: number `index` of the flat array `name`."""
-    if name == "offsets":
-        found = offsets[index]
-        if index == 0 and found != 0:
-            needed = "0"
-        elif index and found < offsets[index - 1]:
-            needed = f"at least offsets[{index - 1}] = {offsets[index - 1]}"
-        else:
-            needed = f"the number of fragments, len(depth) = {len(arrays['depth'])}"
-        raise FragmentsError(f"offsets[{index}]: found {found}; needed {needed}")
-    array = arrays[name]
-    found = array.reshape(-1)[index]
-    if name in ("alpha", "transmission"):
-        needed = "a number in [0, 1]"
-    elif name == "back" and found < arrays["depth"][index]:
-        needed = f"at least depth, {arrays['depth'][index]}"
-    elif name == "deviation" and not (np.isfinite(found) and found >= 0):
-        needed = f"a finite {array.dtype}, at least 0"
-    elif name == "deviation":
-        needed = "0 where back is behind depth"
-    elif name == "back" and depth_range is not None and np.isfinite(found):
-        needed = f"a depth within depth_range = {depth_range}"
-    elif name == "depth" and depth_range is not None and np.isfinite(found):
-        needed = f"a depth within depth_range = {depth_range}"
-    else:
-        needed = f"a finite {array.dtype}"
-    at = place(index) if array.ndim == 1 else f"{place(index // 3)}, {index % 3}"
-    raise FragmentsError(f"{name}[{at}]: found {found}; needed {needed}")

@@ -10,7 +10,8 @@ import numpy as np
 from moit import _core
 from moit.checks.exceptions import FragmentsError
 from moit.checks.windows import MOST, MOST_PIXELS
-from moit.fragments.fragments import ARRAYS, Fragments, Index, taken
+from moit.fragments.fragments import ARRAYS, Fragments
+from moit.fragments.held import Index, taken
 from moit.fragments.ranges import default_range, opaque_fragments, union_of_ranges
 
 

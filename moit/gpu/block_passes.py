@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-from collections.abc import Callable
 
 from moit.gpu.bindings import BLOCK_FIRST, BLOCK_READ, BLOCK_TOTAL, CAPTURE, EXPAND
 from moit.gpu.described import Constants, Passes, Stage
@@ -14,13 +12,12 @@ KEPT = Stage(BLOCK_FIRST, double=True)
 TOTAL = Stage(BLOCK_TOTAL)
 
 
-def in_blocks(kind: str, passes: Passes, c: Constants) -> Passes:
-    """The passes of a kind as they are where states are of blocks; as given, where they are of
-    pixels or the kind has none that make them."""
-    if c.fields.get("resolution", 1) < 2 or kind not in _SUMMED:
+def in_blocks(passes: Passes, c: Constants) -> Passes:
+    """The passes as they are where states are of blocks; as given, where they are of pixels or
+    nothing is said of how blocks' are made."""
+    weights = passes.block_weights
+    if c.fields.get("resolution", 1) < 2 or not (passes.block_means or weights is not None):
         return passes
-    weights_of = _SUMMED[kind]
-    weights = weights_of(c) if weights_of else None
     full = bool(c.fields["full_total"])
     numbers = [one.number for one in passes.stages]
     captured = 1 + numbers.index(CAPTURE)
@@ -43,33 +40,3 @@ def in_blocks(kind: str, passes: Passes, c: Constants) -> Passes:
         block_stages=(*capture, KEPT),
         uniforms={**passes.uniforms, **({} if weights is None else {"total_weights": weights})},
     )
-
-
-def _of_fourier(c: Constants) -> list[float]:
-    return [1.0, *([0.0] * (c.fields["count"] - 1))]
-
-
-def _of_function_maps(c: Constants) -> list[float]:
-    return [*([0.0] * c.fields["count"]), 1.0]
-
-
-def _of_wavelets(c: Constants) -> list[float]:
-    """The mean over the last cell; of densities the scaling coefficient is the total."""
-    weights = _of_fourier(c)
-    wavelets, height = 1, 1.0
-    while not c.fields["density"] and wavelets < len(weights):
-        weights[2 * wavelets - 1] = height
-        wavelets, height = 2 * wavelets, height * math.sqrt(2)
-    return weights
-
-
-# Of numbers that add up, with which weights they sum to the total absorbance, or of maps to what is
-# taken of light; None: means of it.
-_SUMMED: dict[str, Callable[[Constants], list[float]] | None] = {
-    "power": None,
-    "trig": None,
-    "neural-bounded": None,
-    "fourier": _of_fourier,
-    "transmittance-function-map": _of_function_maps,
-    "wavelet": _of_wavelets,
-}

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from moit import _core
+from moit.catalog.by_kind import ByKind
 from moit.gpu.bindings import (
     CAPTURE,
     FACTOR,
@@ -65,6 +66,9 @@ class Passes:
         take a thread, and a block. With block_words a fragment of the image a thread, then a block.
     block_words : whole numbers that a block has, to which all fragments of the image add; 0: blocks
         have a state of the technique's numbers.
+    block_means, block_weights : how arrays make states of blocks where a technique has the option
+        (`in_blocks`): of numbers that are means; or of those that add up, with these weights to the
+        total absorbance, or of maps to what is taken of light. Without either there are none.
     of_farthest_surface : of blocks: the farthest opaque surface of a block's pixels hides what is
         behind it from the block; else from each pixel its own.
     iterations : of loops that a thread runs for a fragment of its pixel, at most.
@@ -97,6 +101,8 @@ class Passes:
     stages: tuple[Stage, ...] = CAPTURED
     block_stages: tuple[Stage, ...] = ()
     block_words: int = 0
+    block_means: bool = False
+    block_weights: Sequence[float] | None = None
     of_farthest_surface: bool = False
     iterations: int = 16
     uniforms: Mapping[str, Any] = dataclasses.field(default_factory=dict)
@@ -176,3 +182,7 @@ class Constants:
             "warp_inverse": inverse,
             **passes.uniforms,
         }
+
+
+# What has passes over arrays: of each kind what makes them of its constants.
+passes_for: ByKind[Callable[[Constants], Passes]] = ByKind()

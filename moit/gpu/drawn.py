@@ -10,7 +10,8 @@ import dataclasses
 from collections.abc import Callable, Mapping
 
 from moit.catalog import Technique
-from moit.catalog.targets import Target, Targets, channels, targets_of
+from moit.catalog.by_kind import ByKind
+from moit.catalog.targets import Target, Targets, channels
 from moit.gpu.bindings import FACTOR, RATIO_PASS
 from moit.gpu.block_passes import READ
 from moit.gpu.described import Constants, Stage
@@ -96,22 +97,26 @@ class Drawn:
 
 def drawn_of(technique: Technique, constants: Constants, target: str) -> Drawn | None:
     """None where a technique has no passes over triangles. target: format of colours."""
-    targets = targets_of(technique, "32f" if target == "rgba32f" else "16f")
+    targets = technique.drawn_to("32f" if target == "rgba32f" else "16f")
     if targets is None or len(targets.held) > MOST_TARGETS:
         return None
-    if technique.block_side > 1 and technique.kind != "moment-transparency":
-        return None  # its blocks are means of pixels
-    make = _FAMILIES.get(technique.kind)
+    if technique.block_side > 1 and not technique.draws_blocks:
+        return None
+    make = drawn_for.get(technique.kind)
     return make(constants, targets) if make else Drawn(targets)
 
 
 MOST_TARGETS = 8
 
+# Those that have more to them than targets.
+drawn_for: ByKind[Callable[[Constants, Targets], Drawn | None]] = ByKind()
 
+
+@drawn_for("moment-transparency")
 def _moment_transparency(c: Constants, targets: Targets) -> Drawn | None:
     rounds = c.fields["passes"]
     blocks = c.fields["resolution"] > 1
-    if (rounds == 2 and c.fields["exclude_self"]) or (blocks and c.fields["average"]):
+    if rounds == 2 and c.fields["exclude_self"]:
         return None
     ratio = (Stage(RATIO_PASS),) if rounds == 2 else ()
     factors = (Stage(FACTOR, double=True), *ratio)
@@ -132,6 +137,7 @@ def _moment_transparency(c: Constants, targets: Targets) -> Drawn | None:
     )
 
 
+@drawn_for("neural")
 def _neural(c: Constants, targets: Targets) -> Drawn:
     words = c.fields["range_in_words"]
     return Drawn(
@@ -143,29 +149,21 @@ def _neural(c: Constants, targets: Targets) -> Drawn:
     )
 
 
+@drawn_for("power", "neural-bounded")
 def _power(c: Constants, targets: Targets) -> Drawn:
     if not extents_are_words(c.fields):
         return Drawn(targets)
     return Drawn(targets, rounds=2, stages=(Stage(FACTOR, double=True),), own={"ROUND": 0})
 
 
+@drawn_for("adaptive")
 def _adaptive(c: Constants, targets: Targets) -> Drawn:
     return Drawn(targets, empty=(FARTHEST, 1.0) * c.fields["count"])
 
 
+@drawn_for("mlab")
 def _mlab(c: Constants, targets: Targets) -> Drawn | None:
     if c.fields["buckets"]:  # where they end is known once all fragments are
         return None
     empty = (FARTHEST, 0.0, 0.0, 0.0, 1.0) * c.fields["count"]
     return Drawn(targets, empty=empty, colored=True)
-
-
-# Those that have more to them than targets.
-_FAMILIES: dict[str, Callable[[Constants, Targets], Drawn | None]] = {
-    "moment-transparency": _moment_transparency,
-    "neural": _neural,
-    "power": _power,
-    "neural-bounded": _power,
-    "adaptive": _adaptive,
-    "mlab": _mlab,
-}

@@ -32,7 +32,7 @@ from moit.gpu.bindings import (
     WEIGH,
 )
 from moit.gpu.block_passes import KEPT, READ, TOTAL
-from moit.gpu.described import CAPTURED_AND_FACTORED, Constants, Passes, Stage
+from moit.gpu.described import CAPTURED_AND_FACTORED, Constants, Passes, Stage, passes_for
 
 # Of each kind its name, at its number.
 KINDS = [row["kind"] for row in _core.technique_facts()]
@@ -61,6 +61,7 @@ def extents_are_words(fields: Mapping[str, Any]) -> bool:
     return bool(fields.get("halves") and fields.get("range_per_pixel"))
 
 
+@passes_for("power")
 def power_moments(c: Constants) -> Passes:
     bias, least, safe, _, _ = c.moments
     count = c.fields["count"]
@@ -92,6 +93,7 @@ def power_moments(c: Constants) -> Passes:
             "beta": c.fields["overestimation"],
             "engine_max_alpha": c.max_alpha,
         },
+        block_means=True,
         normalize=c.fields["normalize"],
         absorbs=True,
         engine=engine,
@@ -99,6 +101,7 @@ def power_moments(c: Constants) -> Passes:
     )
 
 
+@passes_for("neural-bounded")
 def bounded_neural(c: Constants) -> Passes:
     fields = {**c.fields, "b0_is_half": False, "overestimation": 0.0}
     units = bool(c.fields["range_per_pixel"]) and not extents_are_words(c.fields)
@@ -115,6 +118,7 @@ def bounded_neural(c: Constants) -> Passes:
     )
 
 
+@passes_for("strong")
 def strong(c: Constants) -> Passes:
     """Moments of all that is not kept, as bounded networks read them, and what is."""
     kept, large = c.fields["count"], c.fields["large_keys"]
@@ -147,16 +151,17 @@ def _power_of(count: int) -> PowerMoments:
     return PowerMoments(count) if count > 2 else TwoMoments(storage=None)
 
 
+@passes_for("front")
 def front(c: Constants) -> Passes:
     """Moments of the fragments behind the nearest."""
     layers, count = c.fields["count"], c.fields["moment_count"]
-    make, tail_of = _TAILS[KINDS[c.fields["tail"]]]
-    tail: Technique = tail_of(count)
+    kind = KINDS[c.fields["tail"]]
+    tail: Technique = _TAILS[kind](count)
     fields = tail.fields_for_core(np.dtype(np.float64 if c.double else np.float32))
     own = ("kind", "count")
     fields |= {name: c.fields[name] for name in fields if name in c.fields and name not in own}
     constants = Constants.of(fields, c.double, c.span)
-    passes = make(constants)
+    passes = passes_for[kind](constants)
     published = _core.bias(fields, "published")
     return dataclasses.replace(
         passes,
@@ -177,6 +182,7 @@ def front(c: Constants) -> Passes:
     )
 
 
+@passes_for("neural")
 def neural_moments(c: Constants) -> Passes:
     return Passes(
         "neural.glsl",
@@ -190,6 +196,7 @@ def neural_moments(c: Constants) -> Passes:
     )
 
 
+@passes_for("trig")
 def trigonometric_moments(c: Constants) -> Passes:
     bias, least, _, (turns, edge, scale), middle = c.moments
     count = c.fields["count"]
@@ -214,6 +221,7 @@ def trigonometric_moments(c: Constants) -> Passes:
             "beta": c.fields["overestimation"],
             "engine_max_alpha": c.max_alpha,
         },
+        block_means=True,
         normalize=c.fields["normalize"],
         absorbs=True,
         engine=engine,
@@ -221,14 +229,15 @@ def trigonometric_moments(c: Constants) -> Passes:
     )
 
 
-# What reads the moments behind the nearest, and such a technique of so many.
-_TAILS: dict[str, tuple[Callable[[Constants], Passes], Callable[[int], Technique]]] = {
-    "power": (power_moments, _power_of),
-    "trig": (trigonometric_moments, TrigonometricMoments),
-    "neural-bounded": (bounded_neural, lambda count: BoundedNeural(f"power{count}")),
+# What reads so many moments behind the nearest.
+_TAILS: dict[str, Callable[[int], Technique]] = {
+    "power": _power_of,
+    "trig": TrigonometricMoments,
+    "neural-bounded": lambda count: BoundedNeural(f"power{count}"),
 }
 
 
+@passes_for("moment-transparency")
 def moment_transparency(c: Constants) -> Passes:
     bias, least, safe, _, _ = c.moments
     twice, blocks = c.fields["passes"] == 2, c.fields["resolution"] > 1

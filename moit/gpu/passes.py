@@ -7,13 +7,14 @@ them share is in shaders/arrays/.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+import math
 
 import numpy as np
 
 from moit.catalog import Slices, Technique
 from moit.checks.exceptions import GpuError
 from moit.fragments.fragments import Fragments
+from moit.gpu import moment_passes, slice_passes
 from moit.gpu.bindings import (
     ADD_TO_CELLS,
     BLEND_TAIL,
@@ -32,33 +33,33 @@ from moit.gpu.bindings import (
     WEIGHT_BLOG,
 )
 from moit.gpu.block_passes import in_blocks
-from moit.gpu.described import CAPTURED, CAPTURED_AND_FACTORED, Constants, Passes, Stage
-from moit.gpu.moment_passes import (
-    bounded_neural,
-    front,
-    moment_transparency,
-    neural_moments,
-    power_moments,
-    strong,
-    trigonometric_moments,
+from moit.gpu.described import (
+    CAPTURED,
+    CAPTURED_AND_FACTORED,
+    Constants,
+    Passes,
+    Stage,
+    passes_for,
 )
-from moit.gpu.slice_passes import adaptive_voxels, slices
+
+# Files that have passes of their own, beside those below.
+FILES = (moment_passes, slice_passes)
 
 
 def kinds() -> tuple[str, ...]:
     """The kinds of techniques that have passes."""
-    return tuple(_FAMILIES)
+    return passes_for.kinds
 
 
 def passes_of(technique: Technique, constants: Constants) -> Passes:
     """Raises GpuError where there are none."""
-    make = _FAMILIES.get(technique.kind)
+    make = passes_for.get(technique.kind)
     if make is None:
         raise GpuError(
             f"technique: {technique} has no passes for device='gpu'; use device='cpu', or one of "
-            f"{', '.join(_FAMILIES)}"
+            f"{', '.join(kinds())}"
         )
-    passes = in_blocks(technique.kind, make(constants), constants)
+    passes = in_blocks(make(constants), constants)
     if technique.block_side > 1 and not passes.block_stages:
         raise GpuError(
             f"technique: {technique} has no passes that make states of blocks of pixels; use "
@@ -82,7 +83,7 @@ def passes_of(technique: Technique, constants: Constants) -> Passes:
 
 def has_passes(technique: Technique) -> bool:
     """Whether it has passes of its own, with its options."""
-    if technique.engine != "core" or technique.kind not in _FAMILIES:
+    if technique.engine != "core" or technique.kind not in passes_for:
         return False
     return not (
         isinstance(technique, Slices) and technique.inside and technique.depth_range == "pixel"
@@ -99,6 +100,7 @@ def has_engine_text(technique: Technique) -> bool:
     return passes_of(technique, constants).engine
 
 
+@passes_for("dfa")
 def _deep_fragments(c: Constants) -> Passes:
     return Passes(
         "dfa.glsl",
@@ -110,6 +112,7 @@ def _deep_fragments(c: Constants) -> Passes:
     )
 
 
+@passes_for("fourier")
 def _fourier_opacity(c: Constants) -> Passes:
     count = c.fields["count"]
     return Passes(
@@ -118,12 +121,14 @@ def _fourier_opacity(c: Constants) -> Passes:
         state=count,
         factors=count,
         stages=CAPTURED_AND_FACTORED,
+        block_weights=[1.0, *([0.0] * (count - 1))],
         normalize=c.fields["normalize"],
         absorbs=True,
         coloured="curve",
     )
 
 
+@passes_for("transmittance-function-map")
 def _transmittance_function_map(c: Constants) -> Passes:
     count = c.fields["count"]
     in_blocks = c.fields["resolution"] > 1
@@ -134,12 +139,14 @@ def _transmittance_function_map(c: Constants) -> Passes:
         factors=(count + 1) * in_blocks,
         indices=1,
         stages=(Stage(RANK), Stage(CAPTURE)),
+        block_weights=[*([0.0] * count), 1.0],
         iterations=3 * count + 16,
         normalize=c.fields["normalize"],
         coloured="curve",
     )
 
 
+@passes_for("sorted")
 def _sorted(c: Constants) -> Passes:
     return Passes(
         "sorted.glsl",
@@ -150,6 +157,7 @@ def _sorted(c: Constants) -> Passes:
     )
 
 
+@passes_for("unsorted")
 def _unsorted(c: Constants) -> Passes:
     return Passes("unsorted.glsl")
 
@@ -171,16 +179,19 @@ def _weighted(form: int, c: Constants, stages: tuple[Stage, ...], **defines: int
     )
 
 
+@passes_for("weighted-sum")
 def _weighted_sum(c: Constants) -> Passes:
     if c.fields["normalize"]:
         return _weighted(FORM_BLENDED, c, CAPTURED, WEIGHT=EQUAL_WEIGHTS)
     return _weighted(FORM_SUM, c, CAPTURED_AND_FACTORED)
 
 
+@passes_for("weighted-average")
 def _weighted_average(c: Constants) -> Passes:
     return _weighted(FORM_AVERAGE, c, CAPTURED_AND_FACTORED)
 
 
+@passes_for("wboit")
 def _weighted_blended(c: Constants) -> Passes:
     own = {"WEIGHT": c.fields["weight"], "BITS": c.fields["bits"]}
     return _weighted(FORM_BLENDED, c, CAPTURED, **own)
@@ -190,6 +201,7 @@ def _merging(c: Constants) -> dict[str, str | int]:
     return {name.upper(): int(c.fields[name]) for name in ("quantized", "by_energy")}
 
 
+@passes_for("adaptive")
 def _adaptive(c: Constants) -> Passes:
     nodes = c.fields["count"]
     return Passes(
@@ -203,6 +215,7 @@ def _adaptive(c: Constants) -> Passes:
     )
 
 
+@passes_for("mlab")
 def _mlab(c: Constants) -> Passes:
     layers, buckets = c.fields["count"], c.fields["buckets"]
     least = {"least": "min_alpha"}
@@ -220,6 +233,7 @@ def _mlab(c: Constants) -> Passes:
     )
 
 
+@passes_for("depth-peeling")
 def _depth_peeling(c: Constants) -> Passes:
     return Passes(
         "depth_peeling.glsl",
@@ -232,6 +246,7 @@ def _depth_peeling(c: Constants) -> Passes:
     )
 
 
+@passes_for("hybrid")
 def _hybrid(c: Constants) -> Passes:
     exact, least = int(c.fields["normalize"]), c.fields["core_alpha"]
     defines: dict[str, str | int] = {"LAYERS": c.fields["count"], "EXACT": exact}
@@ -248,6 +263,7 @@ def _hybrid(c: Constants) -> Passes:
     )
 
 
+@passes_for("kbuffer")
 def _kbuffer(c: Constants) -> Passes:
     return Passes(
         "kbuffer.glsl",
@@ -259,6 +275,7 @@ def _kbuffer(c: Constants) -> Passes:
     )
 
 
+@passes_for("deep-shadow")
 def _deep_shadow(c: Constants) -> Passes:
     return Passes(
         "deep_shadow.glsl",
@@ -276,6 +293,7 @@ def _deep_shadow(c: Constants) -> Passes:
     )
 
 
+@passes_for("wavelet")
 def _wavelet(c: Constants) -> Passes:
     coefficients = c.fields["count"]
     return Passes(
@@ -288,6 +306,7 @@ def _wavelet(c: Constants) -> Passes:
         state=coefficients,
         factors=coefficients,
         stages=CAPTURED_AND_FACTORED,
+        block_weights=_of_last_cell(coefficients, c.fields["density"]),
         iterations=2 * coefficients + 8,
         normalize=c.fields["normalize"],
         absorbs=True,
@@ -295,9 +314,20 @@ def _wavelet(c: Constants) -> Passes:
     )
 
 
+def _of_last_cell(coefficients: int, density: bool) -> list[float]:
+    """The mean over the last cell; of densities the scaling coefficient is the total."""
+    weights = [1.0, *([0.0] * (coefficients - 1))]
+    wavelets, height = 1, 1.0
+    while not density and wavelets < coefficients:
+        weights[2 * wavelets - 1] = height
+        wavelets, height = 2 * wavelets, height * math.sqrt(2)
+    return weights
+
+
 SAMPLED = (Stage(KEY), Stage(COVER), Stage(CAPTURE))
 
 
+@passes_for("stochastic")
 def _stochastic(c: Constants) -> Passes:
     samples = c.fields["count"]
     return Passes(
@@ -314,6 +344,7 @@ def _stochastic(c: Constants) -> Passes:
     )
 
 
+@passes_for("hashed-alpha")
 def _hashed_alpha(c: Constants) -> Passes:
     return Passes(
         "stochastic.glsl",
@@ -326,6 +357,7 @@ def _hashed_alpha(c: Constants) -> Passes:
     )
 
 
+@passes_for("anchors")
 def _anchors(c: Constants) -> Passes:
     kept, cells, large = c.fields["count"], c.fields["cells"], c.fields["large_keys"]
     return Passes(
@@ -351,34 +383,3 @@ def _at_least(x: float) -> float:
     """The least float that is not below x."""
     near = np.float32(x)  # which NumPy would compare with x in float32
     return float(near if float(near) >= x else np.nextafter(near, np.float32(np.inf)))
-
-
-_FAMILIES: dict[str, Callable[[Constants], Passes]] = {
-    "sorted": _sorted,
-    "unsorted": _unsorted,
-    "weighted-sum": _weighted_sum,
-    "weighted-average": _weighted_average,
-    "wboit": _weighted_blended,
-    "power": power_moments,
-    "neural": neural_moments,
-    "dfa": _deep_fragments,
-    "neural-bounded": bounded_neural,
-    "front": front,
-    "moment-transparency": moment_transparency,
-    "trig": trigonometric_moments,
-    "fourier": _fourier_opacity,
-    "transmittance-function-map": _transmittance_function_map,
-    "adaptive": _adaptive,
-    "mlab": _mlab,
-    "depth-peeling": _depth_peeling,
-    "hybrid": _hybrid,
-    "kbuffer": _kbuffer,
-    "deep-shadow": _deep_shadow,
-    "wavelet": _wavelet,
-    "slices": slices,
-    "avboit": adaptive_voxels,
-    "stochastic": _stochastic,
-    "hashed-alpha": _hashed_alpha,
-    "anchors": _anchors,
-    "strong": strong,
-}

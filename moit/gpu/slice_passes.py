@@ -12,7 +12,7 @@ from moit.catalog.slices import codes_of
 from moit.checks.exceptions import GpuError
 from moit.gpu.bindings import CAPTURE, DEPOSIT, FACTOR, HOLD_MOMENTS, HOLD_WITHIN, INTEGRATE
 from moit.gpu.block_passes import READ
-from moit.gpu.described import Constants, Passes, Stage
+from moit.gpu.described import Constants, Passes, Stage, passes_for
 
 # In doubles: means, rule and total of four moments, and what max_alpha has cut off.
 _HELD_MOMENTS = 4 + 5 + 2
@@ -47,6 +47,7 @@ def _moment_uniforms(c: Constants) -> dict[str, Any]:
     }
 
 
+@passes_for("slices")
 def slices(c: Constants) -> Passes:
     inside = bool(c.fields["inside"])
     slots, blocks = c.fields["count"], c.fields["resolution"] > 1
@@ -95,6 +96,7 @@ def slices(c: Constants) -> Passes:
     )
 
 
+@passes_for("avboit")
 def adaptive_voxels(c: Constants) -> Passes:
     slots, cubic = c.fields["count"], bool(c.fields["cubic"])
     most, depth = codes_of(c.fields["bits"])

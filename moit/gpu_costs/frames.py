@@ -15,12 +15,9 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any
-
-import numpy as np
 
 from moit.catalog import Technique
-from moit.catalog.targets import Target, Targets, shipped_targets_of, texel_bytes
+from moit.catalog.targets import KeyWords, SliceWords, Target, Targets, texel_bytes
 from moit.gpu_costs.cards import Card
 from moit.gpu_costs.cost import WAVE, Cost
 
@@ -103,17 +100,17 @@ def predicted(
         does without, the one counts that is cheaper here. A pass that is missing costs nothing
         but its bytes.
     """
-    targets = shipped_targets_of(technique)
+    targets = technique.shipped_to()
     if targets is None:
         return None
     time = _Time(card, frame)
     colour = time.fragments(0, 2 * COLOUR)
     spent: dict[str, float] = {}
     state = _state(technique, targets)
-    if technique.kind in SLICED:
-        spent |= _sliced(time, costs, technique, targets)
-    elif technique.kind in KEYED:
-        spent |= _keyed(time, costs, technique, targets)
+    if isinstance(targets.words, SliceWords):
+        spent |= _sliced(time, costs, technique.block_side, targets, targets.words)
+    elif targets.words:
+        spent |= _keyed(time, costs, targets, targets.words)
     elif targets.rounds:
         spent |= _peeled(time, costs, targets)
     elif targets.samples:
@@ -132,7 +129,7 @@ def predicted(
             spent["capture"] += (
                 time.fragments(_cycles(costs, ACCUMULATE_SECOND), 2 * second) / blocks
             )
-    own_shading = targets.rounds or targets.samples or technique.kind in (*SLICED, *KEYED)
+    own_shading = targets.rounds or targets.samples or targets.words
     if targets.shaded and not own_shading:
         written = 2 * sum(map(_texel, targets.shaded))
         if targets.held:
@@ -155,45 +152,48 @@ def _peeled(time: _Time, costs: Mapping[str, Cost], targets: Targets) -> dict[st
     return {"shade": targets.rounds * (one + under)}
 
 
-SLICED, KEYED = ("avboit", "slices"), ("anchors", "strong", "front")
 TURNS = 8  # as which a compiler counts loops that it leaves
 
 
 def _sliced(
-    time: _Time, costs: Mapping[str, Cost], technique: Any, targets: Targets
+    time: _Time, costs: Mapping[str, Cost], side: int, targets: Targets, words: SliceWords
 ) -> dict[str, float]:
     """Marks, and what is added to two slices, which atomics read and write; a table, made by so few
     threads that it takes as long as one; sums of each block, which is cleared, read and written;
     shading. That fragments wait for one another at a word does not count."""
-    slots, blocks = technique.count, technique.block_side**2
-    share = 1 / blocks if getattr(technique, "low_resolution", "") == "raster" else 1.0
+    slots, blocks = words.slots, side**2
     added = 2 * 2 * WORD + 2 * sum(map(_texel, targets.held))
     marked = time.fragments(_cycles(costs, MARK), 0) + time.fragments(
         _cycles(costs, ACCUMULATE), added
     )
-    turns = technique.fields_for_core(np.dtype(np.float32))["cells"] / 32 / TURNS
+    turns = words.cells / 32 / TURNS
     table = time.alone(turns * (_cycles(costs, COUNT) + _cycles(costs, PLACE)))
     summed = _cycles(costs, INTEGRATE) * slots / TURNS
     sums = time.pixels(summed, 3 * WORD * slots, time.frame.pixels / blocks)
     read = 3 * WORD if blocks == 1 else 2 * 3 * WORD  # of four blocks neighbours read the same
     written = 2 * sum(map(_texel, targets.shaded))
     shaded = time.fragments(_cycles(costs, TRANSMITTANCE), written + read)
-    return {"capture": share * marked, "factors": table + sums, "shade": shaded}
+    return {"capture": _share(words, blocks) * marked, "factors": table + sums, "shade": shaded}
+
+
+def _share(words: SliceWords, blocks: int) -> float:
+    """Of pixels, those whose fragments are added."""
+    return 1 / blocks if words.of_middle else 1.0
 
 
 def _keyed(
-    time: _Time, costs: Mapping[str, Cost], technique: Any, targets: Targets
+    time: _Time, costs: Mapping[str, Cost], targets: Targets, keys: KeyWords
 ) -> dict[str, float]:
     """Keys of pixels, which atomics read and write, and their ends where there are any; what is
     added, to cells or to targets; shading, by all words of a pixel, which its fragments share, and
     which are cleared before."""
-    words, kept = _words_of_keys(technique)
+    words, kept = WORD * (keys.kept + keys.cells), WORD * keys.kept
     held = sum(map(_texel, targets.held))
     written = 2 * sum(map(_texel, targets.shaded))
-    keys = [MARK, *([MARK_SECOND] if MARK_SECOND in costs else [])]
-    capture = sum(time.fragments(_cycles(costs, one), 2 * kept / len(keys)) for one in keys)
+    finding = [MARK, *([MARK_SECOND] if MARK_SECOND in costs else [])]
+    capture = sum(time.fragments(_cycles(costs, one), 2 * kept / len(finding)) for one in finding)
     capture += time.pixels(0, words, time.frame.pixels)
-    if technique.kind == "front":  # of all fragments, in the pass that finds keys
+    if keys.of_all:
         capture += time.more(_cycles(costs, ACCUMULATE), 2 * held)
     else:
         added = 2 * held or 2 * WORD
@@ -288,7 +288,7 @@ def _state(technique: Technique, targets: Targets) -> float:
 
 def _has_means(technique: Technique) -> bool:
     """Whether states of blocks are means of pixels', which are drawn at the picture's size."""
-    return technique.block_side > 1 and getattr(technique, "low_resolution", "") != "raster"
+    return technique.block_side > 1 and not technique.draws_blocks
 
 
 def _own_total(technique: Technique) -> int:
@@ -310,13 +310,13 @@ def _often(targets: Targets) -> float:
 def bytes_of(technique: Technique) -> tuple[float | None, float | None]:
     """What is kept of a pixel beside colours; and what a fragment reads and writes of all targets,
     in all its passes. None where lists of fragments grow."""
-    targets = shipped_targets_of(technique)
+    targets = technique.shipped_to()
     if targets is None:
         return None, None
-    if technique.kind in SLICED:
-        return _bytes_of_slices(technique, targets)
-    if technique.kind in KEYED:
-        return _bytes_of_keys(technique, targets)
+    if isinstance(targets.words, SliceWords):
+        return _bytes_of_slices(technique.block_side**2, targets, targets.words)
+    if targets.words:
+        return _bytes_of_keys(targets, targets.words)
     state, side = _state(technique, targets), technique.block_side
     held = state / side**2 + _own_total(technique)
     drawn = state if _has_means(technique) else state / side**2
@@ -332,28 +332,17 @@ def bytes_of(technique: Technique) -> tuple[float | None, float | None]:
     return held + sum(shaded[1:]), 2 * (drawn + sum(shaded))
 
 
-def _words_of_keys(technique: Any) -> tuple[float, float]:
-    """Bytes of a pixel's words, and of those that its keys and its ends take."""
-    if technique.kind == "front":
-        kept = WORD * technique.layers * technique.key_bits / 32
-        return kept, kept
-    kept = WORD * (technique.kept * technique.key_bits / 32 + 2)
-    cells = technique.kept + technique.cells if technique.kind == "anchors" else 0
-    return kept + WORD * cells, kept
-
-
-def _bytes_of_keys(technique: Any, targets: Targets) -> tuple[float, float]:
-    words, kept = _words_of_keys(technique)
+def _bytes_of_keys(targets: Targets, keys: KeyWords) -> tuple[float, float]:
+    words, kept = WORD * (keys.kept + keys.cells), WORD * keys.kept
     shaded, held = ([_texel(one) for one in part] for part in (targets.shaded, targets.held))
-    added = WORD if technique.kind == "anchors" else sum(held)
+    added = WORD if keys.cells else sum(held)
     moved = 2 * (kept + added) + words + sum(held) + 2 * sum(shaded)
-    return words + sum(held) + sum(shaded[1:]), moved
+    return float(words + sum(held) + sum(shaded[1:])), float(moved)
 
 
-def _bytes_of_slices(technique: Any, targets: Targets) -> tuple[float, float]:
+def _bytes_of_slices(blocks: int, targets: Targets, words: SliceWords) -> tuple[float, float]:
     """As they are while fragments are added, in words of 32 bits."""
-    blocks = technique.block_side**2
-    share = 1 / blocks if getattr(technique, "low_resolution", "") == "raster" else 1.0
     totals = [*targets.held, *targets.shaded[1:]]
-    moved = 2 * 2 * WORD * share + 3 * WORD + 2 * sum(map(_texel, (*targets.held, *targets.shaded)))
-    return WORD * technique.count / blocks + sum(map(_texel, totals)), moved
+    moved = 2 * 2 * WORD * _share(words, blocks) + 3 * WORD
+    moved += 2 * sum(map(_texel, (*targets.held, *targets.shaded)))
+    return WORD * words.slots / blocks + sum(map(_texel, totals)), moved

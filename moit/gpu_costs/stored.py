@@ -90,23 +90,13 @@ class Costs:
         """A text, a technique's name and its costs: of the technique itself, else of its name
         without options, else so of the next of `texts`; None where there are none of these."""
         base = one.base_name
-        names = (str(one), base, base.removesuffix("-16"), *_alike(one), one.kind)
+        names = (str(one), base, base.removesuffix("-16"), *one.costs_like, one.kind)
         for text in texts:
             for name in names:
                 found = self.passes(name, family, text)
                 if found is not None:
                     return text, name, found
         return None
-
-
-def _alike(one: Any) -> tuple[str, ...]:
-    """Of slices, whose passes differ by what blocks share, not by how many slices there are; of
-    anchors what has as many."""
-    if one.kind == "anchors":
-        return ("anchors4",) if (one.kept, one.cells, one.key_bits) == (4, 11, 32) else ()
-    if one.kind != "slices" or one.inside or one.table != "image":
-        return ()
-    return ("slices64",) if one.block_side == 1 else ("slices32(resolution=4,total='full')",)
 
 
 def stored() -> Costs:

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from moit.catalog import Technique
+from moit.catalog import technique as technique_named
 from moit.checks.arrays import as_array, finite
+from moit.fragments import Fragments
 from moit.gradients.composites import Gradients, composite, total_transmittance
 from moit.inputs import as_fragments
 from moit.questions import Input
@@ -46,7 +48,7 @@ def composite_jvp(
     >>> moves.round(3).tolist()
     [[[0.1, -0.05, 0.0, 0.05]]]
     """
-    given = as_fragments(f)
+    given = _of_own_pixels(f, technique)
     behind = np.broadcast_to(as_array(background, "background"), (*given.shape, 3))
     image, pullback = composite(
         given, technique, background=behind, threads=threads, dtype=dtype, cull_opaque=cull_opaque
@@ -94,7 +96,7 @@ def total_transmittance_jvp(
     >>> moves.round(3).tolist()
     [[-0.05]]
     """
-    given = as_fragments(f)
+    given = _of_own_pixels(f, technique)
     total, pullback = total_transmittance(
         given, technique, threads=threads, dtype=dtype, cull_opaque=cull_opaque
     )
@@ -109,6 +111,16 @@ def total_transmittance_jvp(
         found = pullback(seed.reshape(total.shape))
         moves[..., channel] = _moved(found, motions, given.offsets, given.shape)
     return total, moves.reshape(total.shape)
+
+
+def _of_own_pixels(f: Input, technique: str | Technique) -> Fragments:
+    """Fragments, of a technique whose pixels hang on their own."""
+    if not technique_named(technique).local:
+        raise ValueError(
+            f"technique: pixels of {technique} hang on their neighbours' fragments, so four "
+            "pullbacks do not tell how they move; use resolution=1"
+        )
+    return as_fragments(f)
 
 
 def _motions(n: int, dtype: DTypeLike, **given: ArrayLike | None) -> dict[str, Array]:

@@ -10,7 +10,7 @@ from moit.catalog.slices import PUBLISHED_BIAS, codes_of
 from moit.catalog.targets import shipped_targets_of
 from moit.kit.gathered import PICTURE, SHADING, SMALL, THREADS, Program
 from moit.kit.memory import Memory
-from moit.kit.recipe import Recipe, no_kit, warp_constants
+from moit.kit.recipe import Recipe, no_kit, recipe_for, warp_constants
 
 ATOMICS = (
     "Fragment shaders change words of a buffer by 32-bit atomics, in any order: Vulkan needs "
@@ -26,6 +26,7 @@ _SAME = (
 )
 
 
+@recipe_for("avboit")
 def avboit(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     of_a_picture(technique)
     found = shipped_targets_of(technique)
@@ -80,6 +81,7 @@ def avboit(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     )
 
 
+@recipe_for("slices")
 def slices(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     of_a_picture(technique)
     name = f"slices{technique.count}"

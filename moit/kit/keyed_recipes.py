@@ -12,9 +12,10 @@ from moit.catalog.targets import shipped_targets_of
 from moit.kit.gathered import PICTURE, SHADING, Program
 from moit.kit.gathered_recipes import ATOMICS, EARLY, of_a_picture
 from moit.kit.memory import Memory
-from moit.kit.recipe import Recipe, no_kit, warp_constants
+from moit.kit.recipe import Recipe, no_kit, recipe_for, warp_constants
 
 
+@recipe_for("anchors")
 def anchors(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     of_a_picture(technique)
     found = shipped_targets_of(technique)
@@ -47,6 +48,7 @@ def anchors(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     )
 
 
+@recipe_for("strong")
 def strong(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     found = shipped_targets_of(technique)
     assert found

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from moit.catalog.targets import Target, shipped_targets_of
-from moit.kit.recipe import Recipe, State, no_kit, warp_constants
+from moit.kit.recipe import Recipe, State, no_kit, recipe_for, warp_constants
 
 FULL = 0xFFFFFFFF  # depth that no step has, before which all is let through
 NOTHING = 0x3C000000  # a black layer that lets all through: half floats 0 and 1
@@ -37,6 +37,7 @@ _BY_ENERGY = (
 _CORE = "Faint fragments, of less alpha than MOIT_CORE_ALPHA, are never exact."
 
 
+@recipe_for("adaptive")
 def adaptive(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     nodes, quantized = technique.nodes, int(technique.quantized)
     found = shipped_targets_of(technique)
@@ -95,6 +96,7 @@ def moments_in_words(
     )
 
 
+@recipe_for("mlab")
 def mlab(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     if technique.buckets:
         why = "where buckets end is found in one more pass over geometry, before layers"
@@ -128,6 +130,7 @@ def mlab(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     )
 
 
+@recipe_for("kbuffer")
 def kbuffer(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     return _kept_layers(
         technique,
@@ -136,6 +139,7 @@ def kbuffer(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     )
 
 
+@recipe_for("hybrid")
 def hybrid(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     tail = "All others are seen in their mean colour, whatever their depths."
     if not technique.normalize:

@@ -25,7 +25,7 @@ LIMITS = (
 
 def is_in_own_range(technique: Technique) -> bool:
     """Raises ValueError where that has no kit. What atomics gather says so itself."""
-    if not technique.range_per_pixel or technique.kind in ("avboit", "slices", "anchors", "front"):
+    if not technique.range_per_pixel or technique.uses_atomics:
         return False
     if technique.kind == "neural":  # its text has words for extents, which its network was fed
         return False

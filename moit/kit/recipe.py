@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from moit.catalog import Technique
+from moit.catalog.by_kind import ByKind
 from moit.catalog.targets import Target
 from moit.kit.gathered import THREADS, Program
 from moit.kit.memory import Memory
@@ -151,6 +152,10 @@ class Recipe:
             return (*first, *read, "shaded", "resolve_words")
         second = ("transmittance", "shaded", "resolve") if self.shaded else ("resolve_layers",)
         return (*first, *second)
+
+
+# Of each kind that has a kit what makes its recipe, for a camera's range of depth.
+recipe_for: ByKind[Callable[[Any, tuple[float, float]], Recipe]] = ByKind()
 
 
 def no_kit(technique: Technique, why: str, nearest: str, where: str = "") -> ValueError:

@@ -4,7 +4,6 @@ others have none."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -16,30 +15,34 @@ from moit.catalog.moment_transparency import STORAGES
 from moit.catalog.network import network_of
 from moit.catalog.renormalised import Renormalised
 from moit.catalog.targets import Target, shipped_targets_of
+from moit.kit import gathered_recipes, keyed_recipes, ordered_recipes, rounds
 from moit.kit.block_means import check_blocks, in_blocks
 from moit.kit.fourier_text import MOST, fourier_text
-from moit.kit.gathered_recipes import avboit, slices
-from moit.kit.keyed_recipes import anchors, front, strong
+from moit.kit.keyed_recipes import front
 from moit.kit.networks import rows_of_moments
-from moit.kit.ordered_recipes import adaptive, hybrid, kbuffer, mlab, moments_in_words
+from moit.kit.ordered_recipes import moments_in_words
 from moit.kit.own_range import LIMITS, WORDS, in_own_range, is_in_own_range
-from moit.kit.recipe import Recipe, warp_constants
+from moit.kit.recipe import Recipe, recipe_for, warp_constants
 from moit.kit.recipe import no_kit as _no_kit
 from moit.kit.refusals import nearest_kit, why_not
-from moit.kit.rounds import depth_peeling, hashed_alpha, stochastic
+
+# Files that have recipes, beside those below.
+FILES = (gathered_recipes, keyed_recipes, ordered_recipes, rounds)
 
 
 def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
     """Raises ValueError where there is none, which says why and what is nearest."""
-    make = _FAMILIES.get(technique.kind)
+    make = recipe_for.get(technique.kind)
     if make is None:
         raise _no_kit(technique, why_not(technique), nearest_kit(technique))
-    scales = technique.kind in ("adaptive", "weighted-sum", "hybrid", "depth-peeling")
-    if isinstance(technique, Renormalised) and technique.normalize and not scales:
-        why = "its text leaves colours as they come out"
-        raise _no_kit(technique, why, f"'{technique.base_name}'")
     own = is_in_own_range(technique)
     recipe = replace(make(technique, depth_range), depth_range=depth_range)
+    if isinstance(technique, Renormalised) and technique.normalize:
+        published: dict[str, Any] = {"normalize": False}
+        plain = make(replace(technique, **published), depth_range)
+        if all(getattr(plain, one) == getattr(recipe, one) for one in ("text", "made", "fixed")):
+            why = "its text leaves colours as they come out"
+            raise _no_kit(technique, why, f"'{technique.base_name}'")
     if isinstance(technique, InBlocks) and technique.block_side > 1:
         return in_blocks(technique, recipe)
     return in_own_range(recipe) if own else recipe
@@ -111,6 +114,7 @@ _HALVES = (
 )
 
 
+@recipe_for("wboit")
 def _weighted_blended(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     if not isinstance(technique.weight, str):
         raise _no_kit(technique, "its weight is a Python function", "'wboit'")
@@ -135,6 +139,7 @@ def _weighted_blended(technique: Any, depth_range: tuple[float, float]) -> Recip
 _WEIGHTS = {"blog": 0, "phenomenological": 1, "eq7": 7, "eq8": 8, "eq9": 9, "eq10": 10}
 
 
+@recipe_for("weighted-average")
 def _weighted_average(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     _, shaded = _targets(technique)
     return Recipe(
@@ -154,6 +159,7 @@ def _weighted_scaled(shaded: tuple[Target, ...]) -> Recipe:
     )
 
 
+@recipe_for("weighted-sum")
 def _weighted_sum(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     _, shaded = _targets(technique)
     if technique.normalize:
@@ -169,6 +175,7 @@ def _weighted_sum(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     )
 
 
+@recipe_for("fourier")
 def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     count = technique.coefficients
     check_blocks(technique, technique.base_name)
@@ -189,6 +196,7 @@ def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     )
 
 
+@recipe_for("wavelet")
 def _wavelet(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     check_blocks(technique, technique.base_name)
     held, shaded = _targets(technique)
@@ -228,6 +236,7 @@ def _of_moments(technique: Any, warp: dict[str, float | int]) -> dict[str, Any]:
     }
 
 
+@recipe_for("power", "trig")
 def _moments(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     name = f"{technique.kind}{technique.count}"
     check_blocks(technique, name)
@@ -263,6 +272,7 @@ def _rounding_limits(technique: Any) -> tuple[str, ...]:
     return _HALVES if _in_halves(technique) else (_ORDER, _FLOAT_BLENDING)
 
 
+@recipe_for("neural-bounded")
 def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     check_blocks(technique, technique.base_name)
     six = technique.moment_count == 6
@@ -293,6 +303,7 @@ def _bounded(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     )
 
 
+@recipe_for("neural")
 def _neural(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     held, shaded = _targets(technique)
     own = technique.range_per_pixel
@@ -326,6 +337,7 @@ _WORDS = (
 )
 
 
+@recipe_for("moment-transparency")
 def _moment_transparency(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     twice = technique.passes == 2
     check_blocks(technique, "two-moments-pass" if twice else "moment-transparency")
@@ -432,6 +444,7 @@ _MOMENTS = {
 }
 
 
+@recipe_for("front")
 def _front(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     if technique.range_per_pixel:
         why = (
@@ -440,29 +453,3 @@ def _front(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         )
         raise _no_kit(technique, why, f"'{technique.base_name}'")
     return front(technique, recipe_of(technique.behind, depth_range))
-
-
-_FAMILIES: dict[str, Callable[[Any, tuple[float, float]], Recipe]] = {
-    "wboit": _weighted_blended,
-    "weighted-average": _weighted_average,
-    "weighted-sum": _weighted_sum,
-    "fourier": _fourier,
-    "wavelet": _wavelet,
-    "adaptive": adaptive,
-    "mlab": mlab,
-    "kbuffer": kbuffer,
-    "hybrid": hybrid,
-    "depth-peeling": depth_peeling,
-    "stochastic": stochastic,
-    "hashed-alpha": hashed_alpha,
-    "power": _moments,
-    "trig": _moments,
-    "moment-transparency": _moment_transparency,
-    "neural": _neural,
-    "neural-bounded": _bounded,
-    "avboit": avboit,
-    "slices": slices,
-    "anchors": anchors,
-    "strong": strong,
-    "front": _front,
-}

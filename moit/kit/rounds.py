@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from moit.catalog.targets import Target, shipped_targets_of
-from moit.kit.recipe import HASHED, PEELED, SAMPLED, Recipe, no_kit
+from moit.kit.recipe import HASHED, PEELED, SAMPLED, Recipe, no_kit, recipe_for
 
 SAMPLES = (2, 4, 8, 16)  # of a pixel, that devices have
 WGSL_SAMPLES = 4  # the only number that WebGPU has
@@ -16,6 +16,7 @@ TOTAL = Target("r32f", "multiply-complement", 1.0)  # what all fragments let thr
 _MANY = "Targets of {0} samples a pixel have to exist on the device, and blend (RGBA16F)."
 
 
+@recipe_for("depth-peeling")
 def depth_peeling(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     found = shipped_targets_of(technique)
     assert found
@@ -40,6 +41,7 @@ def depth_peeling(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     )
 
 
+@recipe_for("stochastic")
 def stochastic(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     if technique.samples not in SAMPLES:
         raise no_kit(technique, f"pixels have {_listed(SAMPLES)} samples", "'stochastic8'")
@@ -68,6 +70,7 @@ def stochastic(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     )
 
 
+@recipe_for("hashed-alpha")
 def hashed_alpha(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     found = shipped_targets_of(technique)
     assert found

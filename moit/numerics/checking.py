@@ -15,7 +15,8 @@ from moit.catalog import technique as technique_named
 from moit.checks.exceptions import told
 from moit.checks.randomness import seed_of
 from moit.core.questions import in_precision
-from moit.fragments.fragments import Fragments, taken
+from moit.fragments.fragments import Fragments
+from moit.fragments.held import taken
 from moit.numerics.hard_cases import FAMILIES
 from moit.numerics.unlimited import stored_as
 from moit.questions import composite, total_transmittance, transmittance

@@ -174,9 +174,11 @@ static inline const float *any_network(void) {
     return network;
 }
 
-/* Without what it counts, if it does; numbers are those of the precision. */
+/* Without what it counts, if it does; numbers are those of the precision, and a network is any. */
 HELPER moit_technique simple(moit_kind kind) {
     moit_technique t = {.kind = kind, .max_alpha = 1.0 - 0.5 / 256.0};
+    for (const moit_option *one = moit_options_of(kind); one->name; ++one)
+        if (one->type == MOIT_NETWORK) *(const float **)((char *)&t + one->offset) = any_network();
     if (kind == MOIT_SLICES || kind == MOIT_AVBOIT)
         t.slices = (moit_slice_options){.bits = 8, .cells = 2048};
     if (kind == MOIT_AVBOIT) {
@@ -185,17 +187,12 @@ HELPER moit_technique simple(moit_kind kind) {
         t.slices.bias = 2.0;
     }
     if (kind == MOIT_WEIGHTED_BLENDED) t.weighted.depth_scale = 1.0;
-    if (kind == MOIT_BOUNDED_NEURAL) t.bounded.network = any_network();
     if (kind == MOIT_FRONT) {
         t.front.tail = MOIT_BOUNDED_NEURAL;
         t.front.moment_count = 4;
-        t.front.network = any_network();
     }
-    if (kind == MOIT_NEURAL_MOMENTS || kind == MOIT_DEEP_FRAGMENTS)
-        t.neural.network = any_network();
     if (kind == MOIT_ANCHORS) t.anchors = (moit_anchor_options){.cells = 11, .gamma = 3.5};
-    if (kind == MOIT_STRONG)
-        t.strong = (moit_strong_options){.gamma = 4.0, .network = any_network()};
+    if (kind == MOIT_STRONG) t.strong.gamma = 4.0;
     return t;
 }
 

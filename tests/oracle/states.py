@@ -329,7 +329,27 @@ def by_slices(technique, z, alpha, depth):
             twice -= own[at]
         return mp.exp(-quantum * max(twice, 0) / 2)
 
+    if technique.inside:
+        read = within_moments(technique, z, alpha, read)
     return read, product(alpha)
+
+
+def within_moments(technique, z, alpha, read):
+    """Between what four power moments prove, of a bias as the core's bounds have."""
+    a = absorbances(technique, alpha)
+    places = [2 * one - 1 for one in z] if technique.depth_warp != "none" else z
+    b0 = mp.fsum(a)
+    powers = range(1, 5)
+    b = [mp.fsum(x * one**k for x, one in zip(a, places, strict=True)) / b0 for k in powers]
+    ray = power.biased(b, 1e-13)
+
+    def bounded(at, own):
+        found = ray.at(2 * at - 1 if technique.depth_warp != "none" else at)
+        least, own = b0 * found.lower, absorbance_of(technique, own)
+        most = min(b0 * (found.lower + found.weight), b0) - own
+        return min(max(read(at, own), mp.exp(-most)), mp.exp(-least))
+
+    return bounded
 
 
 STATES = {

@@ -10,7 +10,7 @@
 typedef struct moit_adjoint {
     /* is given, and may be written over: (fragments), or where the job has some (pixels, depths) */
     double *T;
-    double *total;             /* (pixels) is given */
+    double *total;             /* (pixels) is given, and may be written over */
     const double *depth_given; /* (fragments), which `weigh` may have made others of */
     /* added to: by alpha as the tile has it, by depth, by emission, and (3) by color */
     double *alpha, *depth, *emission, *color;
@@ -19,6 +19,7 @@ typedef struct moit_adjoint {
     double *curve_z; /* (pixels, depths) by z of the job's depths */
     double *kept;    /* (columns, `apart`) that `weigh_again` has left */
     int64_t apart;
+    const struct moit_block_slopes *blocks; /* where pixels read blocks; else NULL */
 } moit_adjoint;
 
 /* Where a pixel's state is read: at n places z, less the absorbances `own` of what lies there
@@ -40,6 +41,9 @@ void moit_adjoint_begin(const moit_job *job, const moit_tile *tile, const moit_a
 /* Pixel p's: at its fragments, or at the job's depths. */
 moit_readings moit_readings_of(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
                                int p, bool excludes);
+
+/* 1 - total of a total exp(-b0), to its last digits where that is next to 1, too. */
+double moit_covered_by(double b0, double total);
 
 /* Of an absorbance by alpha, which counts at `most` or up to it. */
 double moit_absorbance_slope(const moit_technique *technique, double most, double alpha);
@@ -89,10 +93,16 @@ moit_pull_back moit_sorted_pull_back, moit_alpha_blend_pull_back, moit_weighted_
 /* As the technique's `weigh`, and keeps what its `pull_back` takes. */
 void moit_moments_weigh_again(const moit_job *job, moit_tile *tile, const moit_adjoint *by);
 
+/* Of slices within what moments prove: takes out of by->T what is kept at a bound, into
+ * tile->bounds (lower, upper); and pulls that back, with z of the tile as slices have it. */
+void moit_slices_take_bounded(const moit_job *job, const moit_tile *tile, const moit_adjoint *by);
+void moit_slices_pull_bounds(const moit_job *job, moit_tile *tile, const moit_adjoint *by);
+
 /* Why a technique has no derivatives; NULL: it has. */
 const char *moit_weighted_blended_refusal(const moit_technique *technique);
 const char *moit_front_refusal(const moit_technique *technique);
 const char *moit_moments_refusal(const moit_technique *technique);
+const char *moit_block_moments_refusal(const moit_technique *technique);
 const char *moit_bounded_refusal(const moit_technique *technique);
 const char *moit_series_refusal(const moit_technique *technique);
 const char *moit_slices_refusal(const moit_technique *technique);

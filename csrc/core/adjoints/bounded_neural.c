@@ -1,6 +1,7 @@
 /* Backwards through bounded neural transmittance, kernels/bounded_neural.h: the bounds as moments
  * have them, the network layer by layer, and what it sees of a pixel, the shape of its absorbance,
  * by central moments. Where a number that the network sees is clamped, it stays so. */
+#include "core/elementary.h"
 #include "core/adjoints/moments.h"
 #include "core/adjoints/networks.h"
 #include "core/techniques/table.h"
@@ -134,7 +135,7 @@ void moit_bounded_pull_pixel(const moit_job *job, const moit_tile *tile, const m
     }
     moit_leave_depths(s, &at);
     for (int t = 0; t < MOIT_MOST_TERMS; ++t) S[0][t] += S[1][t];
-    double logarithm = log(fmax(s->b0, 1e-30));
+    double logarithm = moit_log(fmax(s->b0, 1e-30));
     by_b0 += o.total + (within(logarithm, -8.0, 8.0) ? o.seen[0] / s->b0 : 0.0);
     bool clamped = !(outline[MOIT_OUTLINE_SHARED + 1] > -8.0);
     if (!clamped) moit_adjoint_of_unit(job, tile, p, o.seen[1], by);

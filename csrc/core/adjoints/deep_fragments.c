@@ -1,6 +1,7 @@
 /* Backwards through deep fragments, kernels/deep_fragments.h: the two nearest, and what the network
  * and the sums make of the others. Sums and the farthest depth move as if half floats held them as
  * they are; which are the nearest stays. */
+#include "core/elementary.h"
 #include "core/adjoints/networks.h"
 #include "core/techniques/table.h"
 
@@ -38,7 +39,7 @@ static double between(const pixel *p, double z) {
 
 /* By the even transmittance at fragment i. */
 static void pull_even(pixel *p, int i, double by_even) {
-    double v = between(p, p->z[i]), even = exp(-p->of.b0 * v);
+    double v = between(p, p->z[i]), even = moit_exp(-p->of.b0 * v);
     double extent = p->of.last_z - p->of.second_z;
     p->by.b0 -= by_even * even * v;
     if (!(v > 0.0 && p->z[i] <= p->of.last_z)) return;
@@ -55,7 +56,7 @@ static void pull_tail_T(const moit_job *job, pixel *p, int i) {
     if (alpha < 0x1p-24 && p->T[i] >= 1.0) return;
     thickness(alpha, p->a[i], moit_absorbance_slope(job->technique, job->max_alpha, alpha), &ratio,
               &rise);
-    double even = exp(-of->b0 * between(p, p->z[i])), first = 0.0;
+    double even = moit_exp(-of->b0 * between(p, p->z[i])), first = 0.0;
     if (of->near > 0.0) first = even / of->near;
     double mixed = of->share * first + (1.0 - of->share) / of->tail;
     p->by_alpha[i] += by_T * of->covered * mixed * rise;
@@ -108,7 +109,7 @@ static void begin_pixel(pixel *p, const double *ray, const int32_t *rank) {
     p->of.second_z = p->z[p->second < 0 ? p->first : p->second];
     p->of.through = 1.0 - p->alpha[p->first];
     if (p->second >= 0) p->of.through *= 1.0 - p->alpha[p->second];
-    p->of.passed = exp(-p->of.tail);
+    p->of.passed = moit_exp(-p->of.tail);
 }
 
 static void pull_tail(const moit_job *job, pixel *p, double *by_w) {
@@ -118,10 +119,10 @@ static void pull_tail(const moit_job *job, pixel *p, double *by_w) {
     if (of->near > 0.0) pull_share(job, p, by_w);
     for (int i = 0; i < p->n && of->near > 0.0; ++i) {
         if (is_near(p, i)) continue;
-        p->by_a[i] += p->by.near * exp(-of->b0 * between(p, p->z[i]));
+        p->by_a[i] += p->by.near * moit_exp(-of->b0 * between(p, p->z[i]));
         pull_even(p, i, p->by.near * p->a[i]);
     }
-    p->by.through += p->by.covered * -expm1(-of->tail);
+    p->by.through += p->by.covered * -moit_expm1(-of->tail);
     p->by.tail += p->by.covered * of->through * of->passed;
 }
 

@@ -1,6 +1,8 @@
 /* Backwards through techniques of moments. */
 #include "core/adjoints/moments.h"
 
+#include "core/adjoints/blocks.h"
+#include "core/elementary.h"
 #include "core/techniques/moment_transparency.h"
 #include "core/techniques/moments.h"
 #include "core/techniques/table.h"
@@ -8,123 +10,51 @@
 #include <math.h>
 #include <string.h>
 
-/* With less bias than that, rays of no more fragments than the rule has nodes are exact wherever
- * these lie. Steps of the curve and moments that move with them take each other away then, and what
- * is left of both is rounding. */
-#define NO_BIAS 1e-12
-
-const moit_moment_adjoints *moit_moment_adjoints_of(const moit_technique *technique, moit_isa isa) {
-    if (!moit_isa_supported(isa)) isa = MOIT_ISA_BASE;
-    int family = moit_family_of(technique)->stages;
-#if defined(__x86_64__) && !defined(MOIT_NO_AVX2)
-    if (isa == MOIT_ISA_AVX2) return &moit_moment_adjoints_avx2[family];
-#endif
-#if defined(__x86_64__) && !defined(MOIT_NO_AVX512)
-    if (isa == MOIT_ISA_AVX512) return &moit_moment_adjoints_avx512[family];
-#endif
-    return &moit_moment_adjoints_base[family];
-}
-
-const char *moit_moments_refusal(const moit_technique *technique) {
-    if (technique->resolution > 1)
-        return "pixels that share a block's state have none yet; use resolution=1";
-    return NULL;
-}
-
 typedef moit_moment_state state;
 
-static void add_shape(const moit_shape *shape, int n, const double *z, double *value,
-                      double *slope) {
-    for (int i = 0; i < n; ++i) {
-        double x = z[i] - shape->middle, sum = 0.0, rise = 0.0;
-        for (int k = 6; k > 0; --k) {
-            rise = rise * x + k * shape->factor[k];
-            sum = (sum + shape->factor[k]) * x;
-        }
-        value[i] += sum;
-        slope[i] += rise;
-    }
+/* A tile as rays of lanes read it, what was found kept in `by`. */
+static moit_ray_state rays_of(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
+    const moit_technique *technique = job->technique;
+    return (moit_ray_state){.count = technique->count,
+                            .pixels = tile->pixels,
+                            .offsets = tile->offsets,
+                            .z = tile->z,
+                            .own = technique->moments.exclude_self ? tile->absorbance : NULL,
+                            .rules = tile->rules,
+                            .b0 = tile->b0,
+                            .beta = technique->moments.overestimation,
+                            .kept = by->kept,
+                            .apart = by->apart};
 }
 
-/* Whether moments say all of a pixel's fragments, wherever these lie: what is read there does not
- * hang on depth then, and what is computed of that is rounding. */
-static bool is_determined(const moit_moment_state *s) {
-    return s->surfaces <= s->nodes && s->bias < NO_BIAS;
-}
-
-/* By the share of the safe distribution that is mixed in. */
-static double bias_pulled(const state *s, const double *S, const moit_shape *shape) {
-    double by_b[MOIT_MOST_NUMBERS] = {0.0}, sum = 0.0;
-    int numbers = 2 * s->nodes;
-    moit_moments_of_terms(s->adjoints, s->family, &s->zone, s->nodes, s->rule, S, by_b);
-    for (int k = 1; shape && k <= numbers; ++k) {
-        double part = shape->factor[k]; /* times the binomial coefficient and powers of -middle */
-        for (int j = k; j > 0; --j) {
-            by_b[j - 1] += part;
-            part *= -shape->middle * j / (k - j + 1);
-        }
-    }
-    for (int k = 0; k < numbers; ++k) sum += by_b[k] * (s->safe[k] - s->biased[k]);
-    return sum / (1.0 - s->bias);
-}
-
-void moit_leave_depths(const moit_moment_state *s, const moit_readings *at) {
-    for (int i = 0; is_determined(s) && i < at->n; ++i) at->by_z[i] = 0.0;
-}
-
-void moit_give_state(const moit_moment_state *s, const double *S, const moit_shape *shape,
-                     double by_b0, double *value, double *slope, double *by_z, double *by_a) {
-    moit_spread from = {.a = s->a, .b0 = s->b0, .by_b0 = by_b0, .keeps = 1.0 - s->bias};
-    s->adjoints->read_polynomial(s->count, &s->zone, s->n, s->rule, S, s->z, value, slope);
-    if (is_determined(s)) memset(slope, 0, (size_t)s->n * sizeof *slope);
-    if (shape) add_shape(shape, s->n, s->z, value, slope);
-    s->adjoints->spread(s->n, &from, value, slope, by_z, by_a);
-    if (s->by_bias) *s->by_bias = bias_pulled(s, S, shape);
-}
-
-/* By what was read of a state, and by b0. */
-void moit_pull_state(const state *s, double by_b0, const moit_readings *at, double *value,
-                     double *slope, double *by_z, double *by_a) {
-    double S[MOIT_MOST_TERMS];
-    if (s->b0 > 0.0) {
-        by_b0 += s->adjoints->sum_pulled(s->count, &s->zone, at, s->rule, s->b0, s->beta, S);
-        moit_leave_depths(s, at);
-        moit_give_state(s, S, NULL, by_b0, value, slope, by_z, by_a);
-        return;
-    }
-    for (int i = 0; i < s->n; ++i) by_a[i] += by_b0;
-}
-
-state moit_any_state(const moit_job *job) {
-    const moit_moment_family *family = moit_family_of(job->technique);
-    return (state){.adjoints = moit_moment_adjoints_of(job->technique, job->run->isa),
-                   .zone = job->zone,
-                   .count = job->technique->count,
-                   .nodes = family->numbers(job->technique->count) / 2,
-                   .family = family->stages,
-                   .rule_size = family->rule_size(job->technique->count),
-                   .bias = job->bias,
-                   .beta = job->technique->moments.overestimation};
-}
-
-void moit_move_state(const moit_tile *tile, int p, state *s) {
-    int first = tile->offsets[p];
-    s->n = s->surfaces = tile->offsets[p + 1] - first;
-    s->rule = tile->rules + p * s->rule_size;
-    s->a = (const double *)tile->absorbance + first;
-    s->z = (const double *)tile->z + first;
-    s->b0 = ((const double *)tile->b0)[p];
+/* All pixels at once, by what `moit_moments_weigh_again` has left, with b0's derivatives in
+ * by->total; false: one by one. */
+static bool pull_together(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
+    const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(job->technique, job->run->isa);
+    if (!by->kept || job->depths || moit_any_state(job).holds) return false;
+    moit_ray_state rays = rays_of(job, tile, by);
+    moit_ray_pull pull = {.by = by->T,
+                          .a = tile->absorbance,
+                          .by_b0 = by->total,
+                          .keeps = 1.0 - job->bias,
+                          .leaves_depths = job->bias < MOIT_NO_BIAS,
+                          .by_a = by->work[2],
+                          .by_z = by->work[1]};
+    return adjoints->rays.pull(&rays, &pull);
 }
 
 static void pull_one_pass(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
                           bool multiplies) {
     state s = moit_any_state(job);
+    const double *b0 = tile->b0;
+    if (job->technique->kind == MOIT_MOMENT_TRANSPARENCY) b0 = moit_mt_kept_of(job, tile, 0).b0;
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p];
         moit_move_state(tile, p, &s);
+        s.b0 = b0[p];
         moit_readings at = moit_readings_of(job, tile, by, p, job->technique->moments.exclude_self);
         if (by->kept && !job->depths) at.kept = by->kept + first, at.apart = by->apart;
-        double by_b0 = multiplies ? 0.0 : -tile->total[p] * by->total[p];
+        double by_b0 = multiplies ? 0.0 : by->total[p];
         moit_pull_state(&s, by_b0, &at, tile->points[0] + first, tile->points[1] + first,
                         by->work[1] + first, by->work[2] + first);
     }
@@ -134,15 +64,15 @@ static void pull_one_pass(const moit_job *job, const moit_tile *tile, const moit
  * both. */
 static void pull_ratio(int n, const double *T, double *by, double b0, double second_b0,
                        double by_b0[2]) {
-    double covers = -expm1(-second_b0), by_ratio = 0.0;
-    double under = fmax(covers, 1e-4), ratio = -expm1(-b0) / under;
+    double covers = -moit_expm1(-second_b0), by_ratio = 0.0;
+    double under = fmax(covers, 1e-4), ratio = -moit_expm1(-b0) / under;
     for (int i = 0; i < n; ++i) {
         bool seen = ratio > 0.0 && 1.0 - T[i] < ratio;
         by_ratio -= seen ? by[i] * (1.0 - T[i]) / ratio : 0.0;
         by[i] = seen ? -by[i] * (ratio - (1.0 - T[i])) : 0.0;
     }
-    by_b0[0] = by_ratio * exp(-b0) / under;
-    by_b0[1] = covers >= under ? -by_ratio * ratio * exp(-second_b0) / under : 0.0;
+    by_b0[0] = by_ratio * moit_exp(-b0) / under;
+    by_b0[1] = covers >= under ? -by_ratio * ratio * moit_exp(-second_b0) / under : 0.0;
 }
 
 /* The second pass is of what the first lets through, a T; `weigh` has left a, T and their product
@@ -154,24 +84,25 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
     double *by_seen = by->work[0], *by_z = by->work[1], *by_a = by->work[2], by_b0[2];
     const double *a = tile->points[2], *seen = tile->bounds[1];
     const double *answer = job->depths ? tile->curve : tile->T;
+    moit_mt_kept first_pass = moit_mt_kept_of(job, tile, 0);
+    const double *first_b0 = first_pass.b0, *second_b0 = moit_mt_kept_of(job, tile, 1).b0;
     memset(by_seen, 0, (size_t)tile->fragments * sizeof *by_seen);
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p], place = job->depths ? tile->curve_offsets[p] : first;
         moit_readings at = moit_readings_of(job, tile, by, p, excludes);
         moit_move_state(tile, p, &second);
-        second.b0 = tile->double_b0[p];
+        second.b0 = second_b0[p];
         second.a = seen + first;
         if (at.own) at.own = seen + first;
         at.by_own = by_seen + first;
-        pull_ratio(at.n, answer + place, by->T + place, ((const double *)tile->b0)[p], second.b0,
-                   by_b0);
+        pull_ratio(at.n, answer + place, by->T + place, first_b0[p], second.b0, by_b0);
         moit_pull_state(&second, by_b0[1], &at, value + first, slope + first, by_z + first,
                         by_seen + first);
         tile->sums[p] = by_b0[0];
     }
     moit_mt_reader reader = {job->stages, job->precise, job->fragments->precision, job->technique,
                              job->bias};
-    moit_mt_read(&reader, tile->pixels, tile->b, tile->double_b, tile->rules);
+    moit_mt_read(&reader, tile->pixels, first_pass.b, tile->double_b, tile->rules);
     for (int i = 0; i < tile->fragments; ++i) {
         by_a[i] += T[i] * by_seen[i];
         T[i] *= -a[i] * by_seen[i]; /* by what the first pass absorbs */
@@ -179,6 +110,7 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p];
         moit_move_state(tile, p, &once);
+        once.b0 = first_b0[p];
         once.a = a + first;
         moit_readings at = {.n = once.n,
                             .z = once.z,
@@ -192,23 +124,25 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
 }
 
 void moit_moments_weigh_again(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
-    const moit_technique *technique = job->technique;
-    const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(technique, job->run->isa);
+    const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(job->technique, job->run->isa);
     moit_moments_gather(job, tile);
     moit_moments_read_tile(job, tile);
-    adjoints->find_transmittance(technique->count, tile->pixels, tile->offsets, tile->z,
-                                 technique->moments.exclude_self ? tile->absorbance : NULL,
-                                 tile->rules, tile->b0, technique->moments.overestimation,
-                                 tile->absorbed, tile->T, by->kept, by->apart);
+    moit_ray_state rays = rays_of(job, tile, by);
+    adjoints->rays.absorbance(&rays, tile->T);
+    if (!tile->absorbed) job->stages->decay(tile->fragments, tile->T, tile->T);
 }
 
 /* What pixels let through is the sum's exponential, but of Moment Transparency, which multiplies.
  */
 void moit_moments_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
-    bool multiplies = moit_technique_rows[job->technique->kind]->total;
+    bool multiplies = moit_technique_rows[job->technique->kind]->total
+                      || (job->blocks && !job->technique->full_total);
     moit_adjoint_begin(job, tile, by);
-    if (multiplies && job->technique->transparency.passes == 2) pull_two_passes(job, tile, by);
-    else pull_one_pass(job, tile, by, multiplies);
+    for (int p = 0; !multiplies && !job->blocks && p < tile->pixels; ++p)
+        by->total[p] *= -tile->total[p]; /* by b0 from here on */
+    if (job->blocks) moit_moments_pull_blocks(job, tile, by);
+    else if (multiplies && job->technique->transparency.passes == 2) pull_two_passes(job, tile, by);
+    else if (multiplies || !pull_together(job, tile, by)) pull_one_pass(job, tile, by, multiplies);
     moit_adjoint_of_absorbance(job, tile, by);
     if (multiplies) moit_adjoint_of_totals(tile, by, by->total);
     moit_adjoint_of_warp(job, tile, by);

@@ -3,6 +3,7 @@
 #define MOIT_ADJOINTS_MOMENTS_H
 
 #include "core/adjoints/adjoints.h"
+#include "core/adjoints/rays.h"
 
 /* Numbers of the polynomial of one pixel, at most (dual_of_count.h). */
 enum { MOIT_MOST_TERMS = 15 };
@@ -37,11 +38,6 @@ typedef struct moit_moment_adjoints {
     /* From a polynomial's value and slope at each of n surfaces: adds to by_z and by_a. */
     void (*spread)(int n, const moit_spread *from, const double *value, const double *slope,
                    double *by_z, double *by_a);
-    /* As moit_moment_stages.transmittance, and keeps what moit_readings take: MOIT_KEPT columns.
-     * NULL: nothing is kept. */
-    void (*find_transmittance)(int count, int pixels, const int32_t *offsets, const double *z,
-                               const double *own, const double *rules, const double *b0,
-                               double beta, bool absorbed, double *T, double *kept, int64_t apart);
     /* Of n rays with a place each: by_b0, by_z and by_own are filled, and by_b (n, numbers). NULL:
      * there is no such. */
     void (*pull_each)(int count, int n, const double *rules, const double *b0, const double *z,
@@ -54,10 +50,17 @@ typedef struct moit_moment_adjoints {
                           double *y, double *ahead);
     /* What `n` rays from `first` on bound, and slopes, by one loop. NULL: there is no such. */
     void (*bound_rows)(int count, const moit_rows *rows, int64_t first, int n);
+    /* Of many pixels at once; NULL: there are no such. */
+    moit_ray_adjoints rays;
 } moit_moment_adjoints;
 
 extern const moit_moment_adjoints moit_moment_adjoints_base[2], moit_moment_adjoints_avx2[2],
     moit_moment_adjoints_avx512[2];
+
+/* With less bias than that, rays of no more fragments than the rule has nodes are exact wherever
+ * these lie. Steps of the curve and moments that move with them take each other away then, and what
+ * is left of both is rounding. */
+#define MOIT_NO_BIAS 1e-12
 
 /* Of a pixel: the rule of its moments, of the total b0, and its n fragments, of which `surfaces`
  * count. by_bias: is filled with what the bias changes by, from `safe` and `biased`; or NULL. */
@@ -67,6 +70,7 @@ typedef struct moit_moment_state {
     int count, n, nodes, rule_size;
     const double *rule, *a, *z;
     double b0, bias, beta;
+    bool holds; /* fewer bits than moments have: fragments move these as exact sums do */
     int surfaces;
     int family;                  /* its place in moit_stages.moments */
     const double *safe, *biased; /* moments that bias mixes in, and those with it */
@@ -91,6 +95,9 @@ void moit_leave_depths(const moit_moment_state *s, const moit_readings *at);
  */
 void moit_give_state(const moit_moment_state *s, const double *S, const moit_shape *shape,
                      double by_b0, double *value, double *slope, double *by_z, double *by_a);
+
+/* The constant of u' S u, and what moit_moments_of_terms has in full. */
+double moit_moments_constant(int nodes, const double *rule, const double *S);
 
 /* By what was read of a state, and by b0. value, slope: as above. */
 void moit_pull_state(const moit_moment_state *s, double by_b0, const moit_readings *at,

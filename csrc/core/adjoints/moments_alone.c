@@ -1,13 +1,14 @@
 /* Backwards through what moments by themselves say: for arrays of a caller. */
 #include "moit_gradients.h"
 
+#include "core/elementary.h"
 #include "core/adjoints/moments.h"
 #include "core/adjoints/wide_bounds.h"
+#include "core/system.h"
 #include "core/techniques/table.h"
 #include "core/threads.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 const char *moit_moments_gradient_refusal(const moit_technique *technique) {
@@ -71,10 +72,10 @@ static size_t lay_out(size_t points, size_t pixels, char *memory, block *o) {
     };
     for (size_t i = 0; i < sizeof parts / sizeof *parts; ++i) {
         *parts[i].start = memory ? (double *)(void *)(memory + used) : NULL;
-        used += (parts[i].count * sizeof(double) + 63) / 64 * 64;
+        used += moit_aligned_size(parts[i].count * sizeof(double));
     }
     o->offsets = memory ? (int32_t *)(void *)(memory + used) : NULL;
-    return used + ((pixels + 1) * sizeof(int32_t) + 63) / 64 * 64;
+    return used + moit_aligned_size((pixels + 1) * sizeof(int32_t));
 }
 
 static void widen(moit_precision precision, const void *from, int64_t first, int n, double *to) {
@@ -132,7 +133,7 @@ static void pull_wide(const pulling *job, const block *o, int p, int i, const do
     double share = lower ? 1.0 - mean : mean, absorbed = o->b0[p] * share;
     if (lower) absorbed -= own;
     if (!(absorbed > 0.0)) by = 0.0;
-    by *= -exp(-absorbed);
+    by *= -moit_exp(-absorbed);
     o->by_b0[p] += by * share;
     if (lower) o->by_own[i] -= by;
     double by_mean = (lower ? -by : by) * o->b0[p];
@@ -186,7 +187,8 @@ static moit_status pull_block(void *context, int64_t item, int thread) {
     memset(o.by_own, 0, (size_t)points * sizeof *o.by_own);
     for (int i = 0; given->alpha && i < points; ++i) {
         double alpha = moit_number(job->precision, given->alpha, at + i);
-        o.own[i] = -log1p(-(job->scales ? alpha * job->max_alpha : fmin(alpha, job->max_alpha)));
+        o.own[i] =
+            -moit_log1p(-(job->scales ? alpha * job->max_alpha : fmin(alpha, job->max_alpha)));
     }
     moit_moments_read(job->precise, MOIT_FLOAT64, job->technique, &job->zone, job->bias, pixels,
                       o.b, o.double_b, o.rules);
@@ -233,10 +235,10 @@ static moit_status pull(pulling *job, const moit_run *run) {
                         (size_t)job->block_pixels, NULL, &none);
     int64_t blocks = (job->pixels + job->block_pixels - 1) / job->block_pixels;
     int64_t threads = run->threads < blocks ? run->threads : blocks;
-    job->memory = aligned_alloc(64, job->part * (size_t)threads);
+    job->memory = moit_aligned_memory(job->part * (size_t)threads);
     if (!job->memory) return MOIT_NO_MEMORY;
     moit_status status = moit_parallel_for(run, blocks, pull_block, job);
-    free(job->memory);
+    moit_free_aligned(job->memory);
     return status;
 }
 

@@ -2,6 +2,7 @@
 #include "core/adjoints/moments.h"
 
 #include "core/stages/lanes.h"
+#include "core/stages/quads.h"
 #include "core/stages/rays.h"
 
 /* Which lanes are among the first n. */
@@ -39,6 +40,7 @@ FN void add_by_fours(quad *sum, int i, real x) {
 #include "core/stages/each_power_count.h"
 #define TEXT "core/adjoints/power_loops_of_count.h"
 #include "core/stages/each_power_count.h"
+#include "core/adjoints/rays_body.h"
 
 /* Floats from `p` on as doubles, of which `n` are there; and back. */
 typedef float narrow_real __attribute__((vector_size(LANES * sizeof(float))));
@@ -80,23 +82,6 @@ static double sum_pulled(int count, const moit_wrapping_zone *zone, const moit_r
     case 6: return sum_pulled3(at, rule, b0, beta, S);
     default: return sum_pulled4(at, rule, b0, beta, S);
     }
-}
-
-static void find_transmittance(int count, int pixels, const int32_t *offsets, const double *z,
-                               const double *own, const double *rules, const double *b0,
-                               double beta, bool absorbed, double *T, double *kept, int64_t apart) {
-#define CASE(n, nodes) \
-    case n: \
-        JOIN(find_transmittance, nodes) \
-        (pixels, offsets, z, own, rules, b0, beta, absorbed, T, kept, apart); \
-        return
-    switch (count) {
-        CASE(2, 1);
-        CASE(4, 2);
-        CASE(6, 3);
-        CASE(8, 4);
-    }
-#undef CASE
 }
 
 static void read_polynomial(int count, const moit_wrapping_zone *zone, int n, const double *rule,
@@ -179,10 +164,16 @@ static void read_circle(int count, const moit_wrapping_zone *zone, int n, const 
     }
 }
 
-const moit_moment_adjoints TABLE[2] = {
-    [MOIT_POWER] = {sum_pulled, read_polynomial, spread, find_transmittance, pull_each,
-                    nodes_through, bound_rows},
-    [MOIT_TRIGONOMETRIC] = {circle_sum_pulled, read_circle, spread, NULL, NULL, NULL, NULL}};
+const moit_moment_adjoints TABLE[2] = {[MOIT_POWER] = {sum_pulled,
+                                                       read_polynomial,
+                                                       spread,
+                                                       pull_each,
+                                                       nodes_through,
+                                                       bound_rows,
+                                                       {ray_absorbance, pull_rays}},
+                                       [MOIT_TRIGONOMETRIC] = {.sum_pulled = circle_sum_pulled,
+                                                               .read_polynomial = read_circle,
+                                                               .spread = spread}};
 
 #include "core/adjoints/tiles_body.h"
 #include "core/stages/lanes_end.h"

@@ -1,4 +1,5 @@
 /* Backwards through small networks, layer by layer. */
+#include "core/elementary.h"
 #include "core/adjoints/networks.h"
 
 #include <math.h>
@@ -50,7 +51,7 @@ moit_network_activity moit_ask_network(const moit_network_shape *n, const double
     layer(second_of(n), n->first, n->second, a.first, a.second);
     rectify(n->second, a.second);
     layer(last_of(n), n->second, 1, a.second, &last);
-    a.share = 1.0 / (1.0 + exp(-last));
+    a.share = 1.0 / (1.0 + moit_exp(-last));
     return a;
 }
 

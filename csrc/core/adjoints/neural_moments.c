@@ -1,6 +1,7 @@
 /* Backwards through neural moment transparency, kernels/neural_moments.h: the network, and what it
  * sees: a place between its pixel's ends, and sums of powers of depth. The ends move with the
  * nearest and the farthest fragment, as if 16 bits held them as they are. */
+#include "core/elementary.h"
 #include "core/adjoints/networks.h"
 #include "core/techniques/table.h"
 
@@ -37,8 +38,8 @@ static own_place place_of(bool words, const pixel_state *s, double z) {
 static own_place relative_place(bool words, const pixel_state *s, double at) {
     double farthest = words ? 1.0 : s->farthest, extent = s->farthest - s->nearest;
     if (!(extent > 0.0)) return (own_place){0};
-    double least = exp(words ? -2.0 : -extent), room = 1.0 - least, past = at - farthest;
-    double here = exp(past < 0.0 ? past : 0.0), share = (here - least) / room;
+    double least = moit_exp(words ? -2.0 : -extent), room = 1.0 - least, past = at - farthest;
+    double here = moit_exp(past < 0.0 ? past : 0.0), share = (here - least) / room;
     if (share < 0.0 || share > 1.0) return (own_place){share < 0.0 ? 0.0 : 1.0, 0.0, 0.0, 0.0};
     double by_at = past < 0.0 ? here / room : 0.0, by_extent = least * (1.0 - share) / room;
     if (words) return (own_place){share, by_at, 0.0, 0.0};

@@ -1,42 +1,5 @@
 /* Loops over power_of_count.h, in double. */
 
-/* As the stage of the same name, which this keeps the searches of. */
-static void NAMED(find_transmittance)(int pixels, const int32_t *offsets, const double *z,
-                                      const double *own, const double *rules, const double *b0,
-                                      double beta, bool absorbed, double *T, double *kept,
-                                      int64_t apart) {
-    enum { SIZE = 2 * NODES + 1 };
-    ray_block block;
-    double row[SIZE + 1][BLOCK_ROW] = {{0}};
-    for (int p = 0; p < pixels;) {
-        p = next_block(&block, p, pixels, offsets);
-        for (int ray = 0; ray < block.rays; ++ray) {
-            for (int k = 0; k < SIZE; ++k) row[k][ray] = rules[block.pixel[ray] * SIZE + k];
-            row[SIZE][ray] = b0[block.pixel[ray]];
-        }
-        for (int i = block.first; i < block.end; i += LANES) {
-            truth lane;
-            int ray = first_ray(&block, i, &lane);
-            NAMED(rule) r;
-            for (int k = 0; k < NODES; ++k) {
-                r.g[k] = lanes_of_row(row[k] + ray, lane);
-                r.g_low[k] = K(0.0);
-                r.e[k] = lanes_of_row(row[NODES + k] + ray, lane);
-            }
-            r.d = lanes_of_row(row[2 * NODES] + ray, lane);
-            real at = load(z + i), total = lanes_of_row(row[SIZE] + ray, lane);
-            NAMED(found) f = NAMED(found_at)(r, at);
-            NAMED(distances) away = NAMED(away_from_rule)(r, at);
-            NAMED(counted) c = NAMED(counted_nodes)(r, away.from, &f);
-            NAMED(masses) mass = {.at = f.at, .in_front = NAMED(in_front_of)(&c, &f)};
-            NAMED(keep)(kept + i, apart, &f);
-            store(T + i,
-                  NAMED(absorbance_past)(mass, total, own ? load(own + i) : K(0.0), K(beta)));
-        }
-        if (!absorbed) decay_of_block(&block, T);
-    }
-}
-
 /* The rule of one pixel in all lanes. */
 FN NAMED(rule) NAMED(rule_at)(const double *p) {
     NAMED(rule) r;

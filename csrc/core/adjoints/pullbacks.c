@@ -1,5 +1,6 @@
 /* The questions of moit_gradients.h, tile by tile: a tile in double, the technique's answer, what
  * the loss changes by with it, and back through the technique to what fragments were given as. */
+#include "core/adjoints/blocks.h"
 #include "core/adjoints/single.h"
 #include "core/adjoints/tiles.h"
 #include "core/adjoints/twin.h"
@@ -32,6 +33,7 @@ typedef struct {
     double *network; /* by the network's weights, of each run of pixels; or NULL */
     int weights;
     int64_t run;
+    moit_block_slopes *blocks; /* where pixels read blocks; else NULL */
 } pulling;
 
 static double seed_at(const moit_job *job, const pulling *how, int64_t i) {
@@ -42,8 +44,10 @@ static bool opaque_at(const moit_tile *tile, int p) { return tile->opaque && til
 
 /* 1 - total, to its last digits where little is covered, too. */
 static double covered(const moit_twin *t, int p) {
-    bool of_sums = row_of(t->job.technique)->absorbs && !row_of(t->job.technique)->total;
-    return of_sums ? -expm1(-t->tile.double_b0[p]) : 1.0 - t->tile.total[p];
+    bool of_sums = row_of(t->job.technique)->absorbs && !row_of(t->job.technique)->total
+                   && (!t->job.blocks || t->job.technique->full_total);
+    return of_sums ? moit_covered_by(t->tile.double_b0[p], t->tile.total[p])
+                   : 1.0 - t->tile.total[p];
 }
 
 /* Asks the technique of opacities, and pulls back what `by` holds of T and the total. */
@@ -345,12 +349,14 @@ static void pull_tile(const moit_job *job, moit_tile *tile, void *context) {
     }
     moit_twin_begin(job, tile, &t);
     if (how->network) t.by.network = how->network + tile->first_pixel / how->run * how->weights;
+    t.by.blocks = how->blocks;
     switch (how->question) {
     case OF_IMAGE: image_backwards(job, tile, &t, how); break;
     case OF_FRAGMENTS: fragments_backwards(job, tile, &t, how); break;
     case OF_CURVES: curves_backwards(job, tile, &t, how); break;
     default: totals_backwards(job, tile, &t, how);
     }
+    if (how->blocks && how->blocks->collects) return;
     moit_twin_give(job, tile, &t, how->out);
     give_behind(job, tile, &t, how);
 }
@@ -375,6 +381,27 @@ static moit_status ask_network(const moit_job *job, pulling *how) {
     return status;
 }
 
+/* Pixels give to the blocks that they read first, then fragments take from theirs. */
+static moit_status ask_blocks(const moit_job *job, pulling *how) {
+    moit_block_slopes slopes;
+    moit_status status = moit_block_slopes_begin(job, &slopes);
+    moit_runs strips = moit_block_strips(&slopes);
+    how->blocks = &slopes;
+    if (status == MOIT_OK) status = moit_for_tiles_of(job, &strips, pull_tile, how);
+    if (status == MOIT_OK) {
+        moit_block_slopes_join(&slopes);
+        status = moit_for_tiles(job, pull_tile, how);
+    }
+    moit_block_slopes_end(&slopes);
+    return status;
+}
+
+static size_t scratch(const moit_job *job, int fragments, int pixels) {
+    size_t twin = moit_twin_scratch(job, fragments, pixels);
+    size_t single = moit_is_single(job) ? moit_single_scratch(fragments, pixels) : 0;
+    return twin > single ? twin : single;
+}
+
 static moit_status ask(const moit_fragments *fragments, const moit_technique *technique,
                        bool cull_opaque, pulling *how, const moit_run *run) {
     moit_job job = moit_job_of(fragments, technique, cull_opaque, run);
@@ -389,11 +416,14 @@ static moit_status ask(const moit_fragments *fragments, const moit_technique *te
         job.technique = &held;
     }
     moit_status status = moit_twin_prepare(&job);
-    job.scratch = moit_twin_scratch;
+    job.scratch = scratch;
     job.depths = how->depths;
     job.depth = how->depth;
     if (status == MOIT_OK)
-        status = how->out->network ? ask_network(&job, how) : moit_for_tiles(&job, pull_tile, how);
+        status = how->out->network ? ask_network(&job, how)
+                 : job.blocks      ? ask_blocks(&job, how)
+                                   : moit_for_tiles(&job, pull_tile, how);
+    moit_blocks_release(&job);
     if (row->release) row->release(&job);
     return status;
 }

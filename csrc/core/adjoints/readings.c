@@ -1,5 +1,6 @@
 /* Where states are read, and from absorbances to opacities. */
 #include "core/adjoints/tiles.h"
+#include "core/elementary.h"
 #include "core/techniques/table.h"
 
 #include <string.h>
@@ -37,6 +38,10 @@ moit_readings moit_readings_of(const moit_job *job, const moit_tile *tile, const
                            .by = by->T + first,
                            .by_z = by->work[1] + first,
                            .by_own = by->work[2] + first};
+}
+
+double moit_covered_by(double b0, double total) {
+    return b0 < 1e-3 ? -moit_expm1(-b0) : 1.0 - total;
 }
 
 double moit_absorbance_slope(const moit_technique *technique, double most, double alpha) {

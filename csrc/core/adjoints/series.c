@@ -1,6 +1,8 @@
 /* Backwards through series of depth: Fourier opacity maps, wavelets, transmittance function maps.
  * What they compute: kernels/fourier_opacity.h, haar_wavelet.h and transmittance_function.h. Where
  * an answer is clamped it has the derivative of what it is clamped to. */
+#include "core/elementary.h"
+#include "core/adjoints/blocks.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -11,9 +13,9 @@
 enum { MOST_TERMS = 32 };
 
 const char *moit_series_refusal(const moit_technique *technique) {
-    return technique->resolution > 1
-               ? "pixels that share a block's state have none yet; use resolution=1"
-               : NULL;
+    if (technique->resolution > 1 && technique->kind == MOIT_FUNCTION_MAP)
+        return "what blocks take of a map is scaled to what pixels let through; use resolution=1";
+    return moit_block_moments_refusal(technique);
 }
 
 /* ---- Fourier opacity maps -------------------------------------------------------------------- */
@@ -24,7 +26,7 @@ typedef struct {
 } waves;
 
 static void find_waves(int harmonics, double turns, waves *w) {
-    double c = cos(2.0 * PI * turns), s = sin(2.0 * PI * turns), re = 1.0, im = 0.0;
+    double c = moit_cos(2.0 * PI * turns), s = moit_sin(2.0 * PI * turns), re = 1.0, im = 0.0;
     for (int k = 0; k < harmonics; ++k) {
         double next = re * c - im * s;
         im = re * s + im * c;
@@ -84,6 +86,13 @@ static void pull_fourier_sums(int harmonics, const double *by_b, int n, const do
     }
 }
 
+/* From absorbances and z on; the total of pixels that read blocks' is the product of 1 - alpha. */
+static void finish(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
+    moit_adjoint_of_absorbance(job, tile, by);
+    if (by->blocks && !job->technique->full_total) moit_adjoint_of_totals(tile, by, by->total);
+    moit_adjoint_of_warp(job, tile, by);
+}
+
 void moit_fourier_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
     int count = job->technique->count, harmonics = (count - 1) / 2;
     const double *a = tile->absorbance, *z = tile->z;
@@ -92,12 +101,20 @@ void moit_fourier_pull_back(const moit_job *job, moit_tile *tile, const moit_adj
         moit_readings at = moit_readings_of(job, tile, by, p, job->technique->series.exclude_self);
         double by_b[MOST_TERMS] = {-tile->total[p] * by->total[p]};
         int first = tile->offsets[p], n = tile->offsets[p + 1] - first;
+        if (by->blocks && !job->technique->full_total) by_b[0] = 0.0;
         read_fourier(harmonics, (const double *)(void *)tile->own + p * count, &at, by_b);
+        if (by->blocks) {
+            double mixed[MOST_TERMS], taken[MOST_TERMS];
+            moit_mix_blocks(job, tile, p, count, mixed);
+            double by_total = moit_give_sums(job, tile, by, p, mixed, 0, by_b);
+            moit_take_sums(tile, by, p, taken);
+            taken[0] += by_total;
+            memcpy(by_b, taken, (size_t)count * sizeof *by_b);
+        }
         pull_fourier_sums(harmonics, by_b, n, a + first, z + first, by->work[2] + first,
                           by->work[1] + first);
     }
-    moit_adjoint_of_absorbance(job, tile, by);
-    moit_adjoint_of_warp(job, tile, by);
+    finish(job, tile, by);
 }
 
 /* ---- Wavelets -------------------------------------------------------------------------------- */
@@ -149,8 +166,8 @@ static void pull_cells(int cells, bool density, const double *by_end, int n, con
 
 void moit_haar_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
     bool density = job->technique->series.density;
-    int cells = 1;
-    while (cells < job->technique->count) cells *= 2;
+    int levels = 0, cells = 1;
+    for (; cells < job->technique->count; cells *= 2) ++levels;
     const double *a = tile->absorbance, *z = tile->z;
     moit_adjoint_begin(job, tile, by);
     for (int p = 0; p < tile->pixels; ++p) {
@@ -158,12 +175,21 @@ void moit_haar_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoin
         double by_end[MOST_TERMS] = {0.0};
         int first = tile->offsets[p], n = tile->offsets[p + 1] - first;
         by_end[cells - 1] = -tile->total[p] * by->total[p];
+        if (by->blocks && !job->technique->full_total) by_end[cells - 1] = 0.0;
         read_cells(cells, density, (const double *)(void *)tile->own + p * cells, &at, by_end);
+        if (by->blocks) {
+            double mixed[MOST_TERMS], taken[MOST_TERMS];
+            moit_mix_blocks(job, tile, p, cells, mixed);
+            job->precise->haar_cells(levels, density, 1, mixed);
+            double by_total = moit_give_sums(job, tile, by, p, mixed, cells - 1, by_end);
+            moit_take_sums(tile, by, p, taken);
+            taken[cells - 1] += by_total;
+            memcpy(by_end, taken, (size_t)cells * sizeof *by_end);
+        }
         pull_cells(cells, density, by_end, n, a + first, z + first, by->work[2] + first,
                    by->work[1] + first);
     }
-    moit_adjoint_of_absorbance(job, tile, by);
-    moit_adjoint_of_warp(job, tile, by);
+    finish(job, tile, by);
 }
 
 /* ---- Transmittance function maps ------------------------------------------------------------- */

@@ -2,9 +2,11 @@
  * fragments are double, all else has a float's digits and twice the lanes. */
 #include "core/adjoints/single.h"
 
+#include "core/elementary.h"
 #include "core/techniques/moments.h"
 #include "core/techniques/table.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -34,46 +36,74 @@ static const moit_single_adjoints *adjoints_of(moit_isa isa) {
     return &moit_single_adjoints_base;
 }
 
+/* Pixels that go back in double: of each its place in the tile, and the numbers of it and of its
+ * fragments, one pixel after the other. */
 typedef struct {
-    float *kept, *A, *T, *by_A, *by_alpha, *by_depth, *by_color;
+    int32_t *pixel, *offsets;
+    double *rules, *b0, *by_b0;
+    double *z, *a, *by, *by_z, *by_a, *kept;
+} hard_pixels;
+
+typedef struct {
+    float *kept, *A, *T, *by_A, *by_a, *by_z, *by_alpha, *by_depth, *by_color;
     double *a, *z, *b, *sums, *by_sums, *by_b0;
-    double *hard[5]; /* (fragments) to work with */
     bool *is_hard;
+    hard_pixels hard;
     int64_t apart;
 } room;
 
-static room lay_out(const moit_tile *tile) {
-    size_t n = (size_t)tile->given + MOIT_PADDING, pixels = (size_t)tile->pixels, used = 0;
-    char *memory = tile->own;
-    room r = {.apart = (int64_t)n};
+/* Hands out aligned room; with no memory it only counts. */
+static void *some(char *memory, size_t *used, size_t count, size_t size) {
+    char *start = memory ? memory + *used : NULL;
+    *used += (count * size + 63) / 64 * 64;
+    return start;
+}
+
+/* Room for `n` padded fragments; how many bytes of `memory` that is. */
+static size_t lay_out(size_t n, size_t pixels, char *memory, room *r) {
+    size_t used = 0, few = pixels < n ? pixels : n; /* that have fragments */
+    hard_pixels *hard = &r->hard;
     struct {
-        float **start;
-        size_t count;
-    } floats[] = {{&r.kept, MOIT_KEPT * n}, {&r.A, n},        {&r.T, n},           {&r.by_A, n},
-                  {&r.by_alpha, n},         {&r.by_depth, n}, {&r.by_color, 3 * n}};
-    struct {
-        double **start;
-        size_t count;
-    } doubles[] = {{&r.a, n},
-                   {&r.z, n},
-                   {&r.sums, 4 * pixels},
-                   {&r.by_sums, 4 * pixels},
-                   {&r.by_b0, pixels},
-                   {&r.b, MOIT_MOST_NUMBERS * pixels}};
-    for (size_t i = 0; i < sizeof doubles / sizeof *doubles; ++i) {
-        *doubles[i].start = (double *)(void *)(memory + used);
-        used += (doubles[i].count * sizeof(double) + 63) / 64 * 64;
+        void *start;
+        size_t count, size;
+    } parts[] = {{&r->a, n, sizeof(double)},
+                 {&r->z, n, sizeof(double)},
+                 {&r->sums, 4 * pixels, sizeof(double)},
+                 {&r->by_sums, 4 * pixels, sizeof(double)},
+                 {&r->by_b0, pixels, sizeof(double)},
+                 {&r->b, MOIT_MOST_NUMBERS * pixels, sizeof(double)},
+                 {&r->kept, MOIT_KEPT * n, sizeof(float)},
+                 {&r->A, n, sizeof(float)},
+                 {&r->T, n, sizeof(float)},
+                 {&r->by_A, n, sizeof(float)},
+                 {&r->by_a, n, sizeof(float)},
+                 {&r->by_z, n, sizeof(float)},
+                 {&r->by_alpha, n, sizeof(float)},
+                 {&r->by_depth, n, sizeof(float)},
+                 {&r->by_color, 3 * n, sizeof(float)},
+                 {&r->is_hard, pixels, sizeof(bool)},
+                 {&hard->pixel, few, sizeof(int32_t)},
+                 {&hard->offsets, few + 1, sizeof(int32_t)},
+                 {&hard->rules, MOIT_MOST_RULE * few, sizeof(double)},
+                 {&hard->b0, few, sizeof(double)},
+                 {&hard->by_b0, few, sizeof(double)},
+                 {&hard->z, n, sizeof(double)},
+                 {&hard->a, n, sizeof(double)},
+                 {&hard->by, n, sizeof(double)},
+                 {&hard->by_z, n, sizeof(double)},
+                 {&hard->by_a, n, sizeof(double)},
+                 {&hard->kept, MOIT_KEPT * n, sizeof(double)}};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; ++i) {
+        void *start = some(memory, &used, parts[i].count, parts[i].size);
+        memcpy(parts[i].start, &start, sizeof start);
     }
-    for (size_t i = 0; i < sizeof floats / sizeof *floats; ++i) {
-        *floats[i].start = (float *)(void *)(memory + used);
-        used += (floats[i].count * sizeof(float) + 63) / 64 * 64;
-    }
-    for (int k = 0; k < 5; ++k) {
-        r.hard[k] = (double *)(void *)(memory + used);
-        used += (n * sizeof(double) + 63) / 64 * 64;
-    }
-    r.is_hard = (bool *)(memory + used);
-    return r;
+    r->apart = (int64_t)n;
+    return used;
+}
+
+size_t moit_single_scratch(int fragments, int pixels) {
+    room r;
+    return lay_out((size_t)fragments, (size_t)pixels, NULL, &r);
 }
 
 /* The tile's state: its totals and rules in double, of absorbances and z as floats have them. */
@@ -107,24 +137,24 @@ static void pull_pixels(const moit_job *job, const moit_tile *tile, const moit_s
         const float *seed = asked->seed + 4 * pixel;
         const double *sum = r->sums + 4 * p, *behind = asked->background;
         double *by_sum = r->by_sums + 4 * p, total = tile->total[p], by_total = 0.0, scale = 1.0;
+        double inverse = 0.0, by_scale = 0.0;
         bool hides = tile->opaque && tile->opaque[p] >= 0;
         bool scales = job->technique->normalize && sum[3] > 0.0;
         int64_t last = hides ? tile->first_fragment + tile->opaque[p] : 0;
         if (asked->per_pixel) behind += 3 * pixel;
-        if (scales) scale = -expm1(-tile->double_b0[p]) / sum[3];
-        by_sum[3] = 0.0;
+        if (scales) inverse = 1.0 / sum[3];
+        if (scales) scale = moit_covered_by(tile->double_b0[p], total) * inverse;
         for (int c = 0; c < 3; ++c) {
             double g = (double)seed[c], shown = hides ? (double)color[3 * last + c] : behind[c];
             double by_behind = g * total;
             by_sum[c] = g * scale;
             by_total += g * shown;
-            if (scales) {
-                by_sum[3] -= g * sum[c] * scale / sum[3];
-                by_total -= g * sum[c] / sum[3];
-            }
+            by_scale += g * sum[c];
             if (asked->out->background)
                 asked->out->background[3 * pixel + c] = hides ? 0.0 : by_behind;
         }
+        by_sum[3] = -by_scale * scale * inverse;
+        by_total -= by_scale * inverse;
         /* an opaque surface hides all light: alpha is 1 whatever is in front of it */
         if (!hides) by_total -= (double)seed[3];
         r->by_b0[p] = -total * by_total;
@@ -140,14 +170,32 @@ static void give_opaque(const moit_tile *tile, const moit_single_asked *asked) {
                 (float)((double)asked->seed[4 * (tile->first_pixel + p) + c] * tile->total[p]);
 }
 
+/* Of weights whose ratios alone count. Below, they may be next to nothing for floats. */
+#define LEAST_SUM 1e-20
+
+/* Pixel p's weights again, where all is behind so much that they are next to nothing: without what
+ * is in front of all fragments. */
+static void unbury(const moit_job *job, const moit_tile *tile, const room *r, int p) {
+    const float *alpha = tile->alpha, *color = tile->color;
+    int first = tile->offsets[p], end = tile->offsets[p + 1];
+    float least = FLT_MAX;
+    for (int i = first; i < end; ++i)
+        if (alpha[i] > 0.0f && r->A[i] < least) least = r->A[i];
+    if (least == FLT_MAX) return; /* there is nothing but what is clear */
+    for (int i = first; i < end; ++i)
+        r->T[i] = (float)moit_exp(-(double)fminf(r->A[i] - least, MOIT_MOST_ABSORBED));
+    job->stages->blend(1, tile->offsets + p, alpha, tile->emission, r->T, color, r->sums + 4 * p);
+}
+
 /* The picture's sums, backwards. */
 static void pull_picture(const moit_job *job, const moit_tile *tile, const moit_single_asked *asked,
                          const room *r) {
     const moit_single_adjoints *adjoints = adjoints_of(job->run->isa);
-    adjoints->weights(job->technique->normalize, tile->pixels, tile->offsets, tile->alpha, r->A,
-                      r->T);
+    adjoints->weights(tile->fragments, r->A, r->T);
     job->stages->blend(tile->pixels, tile->offsets, tile->alpha, tile->emission, r->T, tile->color,
                        r->sums);
+    for (int p = 0; job->technique->normalize && p < tile->pixels; ++p)
+        if (r->sums[4 * p + 3] < LEAST_SUM) unbury(job, tile, r, p);
     pull_pixels(job, tile, asked, r);
     adjoints->sums(&(moit_single_sums){.pixels = tile->pixels,
                                        .offsets = tile->offsets,
@@ -166,8 +214,7 @@ static void pull_fragments(const moit_job *job, const moit_tile *tile,
                            const moit_single_asked *asked, const room *r) {
     const float *seed = asked->seed + tile->first_fragment;
     size_t n = (size_t)tile->fragments;
-    adjoints_of(job->run->isa)
-        ->weights(false, tile->pixels, tile->offsets, tile->alpha, r->A, r->T);
+    adjoints_of(job->run->isa)->weights(tile->fragments, r->A, r->T);
     for (int i = 0; i < tile->fragments; ++i)
         r->by_A[i] = -r->T[i] * seed[tile->source ? tile->source[i] : i];
     memset(r->by_alpha, 0, n * sizeof *r->by_alpha);
@@ -178,39 +225,73 @@ static void pull_fragments(const moit_job *job, const moit_tile *tile,
     }
 }
 
-/* A pixel in double, from what is absorbed in front of its fragments on; s: of any pixel. */
-static void pull_hard(const moit_job *job, const moit_tile *tile, const moit_single_asked *asked,
-                      const room *r, int p, moit_moment_state s) {
-    double *by = r->hard[0], *by_z = r->hard[1], *by_a = r->hard[2];
-    const float *alpha = tile->alpha, *depth = tile->depth, *color = tile->color;
-    int first = tile->offsets[p], n = tile->offsets[p + 1] - first;
-    s.n = s.surfaces = n;
-    s.rule = tile->rules + p * s.rule_size;
-    s.a = r->a + first;
-    s.z = r->z + first;
-    s.b0 = tile->double_b0[p];
-    for (int i = 0; i < n; ++i) {
-        by[i] = (double)r->by_A[first + i];
-        by_z[i] = by_a[i] = 0.0;
+/* Pixel p behind the first `pixels` hard ones; how many these are then. */
+static int add_hard(const moit_tile *tile, const room *r, int rule_size, int p, int pixels) {
+    const hard_pixels *hard = &r->hard;
+    int n = hard->offsets[pixels];
+    hard->pixel[pixels] = p;
+    hard->b0[pixels] = tile->double_b0[p];
+    hard->by_b0[pixels] = r->by_b0[p];
+    memcpy(hard->rules + pixels * rule_size, tile->rules + p * rule_size,
+           (size_t)rule_size * sizeof *hard->rules);
+    for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i, ++n) {
+        hard->z[n] = r->z[i];
+        hard->a[n] = r->a[i];
+        hard->by[n] = (double)r->by_A[i];
     }
-    moit_readings at = {.n = n,
-                        .z = s.z,
-                        .own = job->technique->moments.exclude_self ? s.a : NULL,
-                        .by = by,
-                        .by_z = by_z,
-                        .by_own = by_a};
-    moit_pull_state(&s, r->by_b0[p], &at, r->hard[3], r->hard[4], by_z, by_a);
-    double rise = moit_warp_rise(&job->warp);
-    for (int i = 0; i < n; ++i) {
-        int k = first + i;
-        double seen = 0.0, own = (double)alpha[k];
-        for (int c = 0; asked->background && c < 3; ++c)
-            seen += r->by_sums[4 * p + c] * (double)color[3 * k + c];
-        if (asked->background) seen += r->by_sums[4 * p + 3];
-        seen *= (double)r->T[k];
-        own = by_a[i] * moit_absorbance_slope(job->technique, job->max_alpha, own);
-        r->by_alpha[k] = (float)(seen + own);
-        r->by_depth[k] = (float)(by_z[i] * moit_warp_slope(&job->warp, rise, (double)depth[k]));
+    hard->offsets[pixels + 1] = n;
+    return pixels + 1;
+}
+
+/* How many hard pixels there are. alone_stay: a lone fragment of a pixel is seen as much as it
+ * covers, wherever it lies. */
+static int gather_hard(const moit_tile *tile, const room *r, int rule_size, bool alone_stay) {
+    const hard_pixels *hard = &r->hard;
+    int pixels = 0;
+    hard->offsets[0] = 0;
+    for (int p = 0; p < tile->pixels; ++p) {
+        int first = tile->offsets[p], n = tile->offsets[p + 1] - first;
+        if (alone_stay && n == 1) r->by_z[first] = 0.0f;
+        else if (n && r->is_hard[p]) pixels = add_hard(tile, r, rule_size, p, pixels);
+    }
+    int end = hard->offsets[pixels];
+    for (int i = end; i < end + MOIT_PADDING; ++i) hard->z[i] = hard->a[i] = hard->by[i] = 0.0;
+    return pixels;
+}
+
+/* Pixels in double, from what is absorbed in front of their fragments on: in place of what floats
+ * have said. */
+static void pull_hard(const moit_job *job, const moit_tile *tile, const room *r, bool alone_stay) {
+    const moit_technique *technique = job->technique;
+    const hard_pixels *hard = &r->hard;
+    int rule_size = moit_family_of(technique)->rule_size(technique->count);
+    int pixels = gather_hard(tile, r, rule_size, alone_stay);
+    if (!pixels) return;
+    const moit_ray_adjoints *rays = &moit_moment_adjoints_of(technique, job->run->isa)->rays;
+    moit_ray_state state = {.count = technique->count,
+                            .pixels = pixels,
+                            .offsets = hard->offsets,
+                            .z = hard->z,
+                            .own = technique->moments.exclude_self ? hard->a : NULL,
+                            .rules = hard->rules,
+                            .b0 = hard->b0,
+                            .beta = technique->moments.overestimation,
+                            .kept = hard->kept,
+                            .apart = r->apart};
+    moit_ray_pull pull = {.by = hard->by,
+                          .a = hard->a,
+                          .by_b0 = hard->by_b0,
+                          .keeps = 1.0 - job->bias,
+                          .by_a = hard->by_a,
+                          .by_z = hard->by_z};
+    rays->absorbance(&state, hard->by_a); /* for what it keeps */
+    rays->pull(&state, &pull);
+    for (int k = 0; k < pixels; ++k) {
+        int first = tile->offsets[hard->pixel[k]] - hard->offsets[k];
+        for (int i = hard->offsets[k]; i < hard->offsets[k + 1]; ++i) {
+            r->by_a[first + i] = (float)hard->by_a[i];
+            r->by_z[first + i] = (float)hard->by_z[i];
+        }
     }
 }
 
@@ -231,41 +312,45 @@ static void give(const moit_tile *tile, void *out, int width, const float *numbe
 bool moit_single_backwards(const moit_job *job, moit_tile *tile, const moit_single_asked *asked) {
     const moit_single_adjoints *adjoints = adjoints_of(job->run->isa);
     const moit_technique *technique = job->technique;
-    room r = lay_out(tile);
+    room r;
+    lay_out((size_t)tile->given + MOIT_PADDING, (size_t)tile->pixels, tile->own, &r);
     r.by_depth = place_of(tile, asked->out->depth, 1, r.by_depth);
     r.by_alpha = place_of(tile, asked->out->alpha, 1, r.by_alpha);
     r.by_color = place_of(tile, asked->out->color, 3, r.by_color);
     gather(job, tile, &r);
     const float *own = technique->moments.exclude_self ? tile->absorbance : NULL;
-    moit_single_state state = {.count = technique->count,
-                               .pixels = tile->pixels,
-                               .offsets = tile->offsets,
-                               .z = tile->z,
-                               .own = own,
-                               .rules = tile->rules,
-                               .b0 = tile->double_b0,
-                               .beta = technique->moments.overestimation,
-                               .kept = r.kept,
-                               .apart = r.apart};
-    adjoints->absorbance(&state, r.A);
+    moit_ray_state state = {.count = technique->count,
+                            .pixels = tile->pixels,
+                            .offsets = tile->offsets,
+                            .z = tile->z,
+                            .own = own,
+                            .rules = tile->rules,
+                            .b0 = tile->double_b0,
+                            .beta = technique->moments.overestimation,
+                            .kept = r.kept,
+                            .apart = r.apart};
+    adjoints->rays.absorbance(&state, r.A);
     (asked->background ? pull_picture : pull_fragments)(job, tile, asked, &r);
-    moit_single_pull by = {.by = r.by_A,
-                           .a = tile->absorbance,
-                           .by_b0 = r.by_b0,
-                           .keeps = 1.0 - job->bias,
-                           .most = job->max_alpha,
-                           .warp = &job->warp,
-                           .rise = moit_warp_rise(&job->warp),
-                           .alpha = tile->alpha,
-                           .depth = tile->depth,
-                           .by_alpha = r.by_alpha,
-                           .by_depth = r.by_depth,
-                           .is_hard = r.is_hard};
-    if (!adjoints->pull(&state, &by)) return false;
-    moit_moment_state any = moit_any_state(job);
-    for (int p = 0; p < tile->pixels; ++p)
-        if (tile->offsets[p] < tile->offsets[p + 1] && r.is_hard[p])
-            pull_hard(job, tile, asked, &r, p, any);
+    moit_ray_pull pull = {.by = r.by_A,
+                          .a = tile->absorbance,
+                          .by_b0 = r.by_b0,
+                          .keeps = 1.0 - job->bias,
+                          .by_a = r.by_a,
+                          .by_z = r.by_z,
+                          .is_hard = r.is_hard};
+    if (!adjoints->rays.pull(&state, &pull)) return false;
+    pull_hard(job, tile, &r, asked->background && technique->normalize);
+    moit_single_slopes slopes = {.n = tile->fragments,
+                                 .most = job->max_alpha,
+                                 .warp = &job->warp,
+                                 .rise = moit_warp_rise(&job->warp),
+                                 .by_a = r.by_a,
+                                 .by_z = r.by_z,
+                                 .alpha = tile->alpha,
+                                 .depth = tile->depth,
+                                 .by_alpha = r.by_alpha,
+                                 .by_depth = r.by_depth};
+    if (!adjoints->slopes(&slopes)) return false;
     give(tile, asked->out->depth, 1, r.by_depth);
     give(tile, asked->out->alpha, 1, r.by_alpha);
     give(tile, asked->out->color, 3, r.by_color);

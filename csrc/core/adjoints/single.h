@@ -7,18 +7,6 @@
 
 #include "core/adjoints/moments.h"
 
-/* A tile's pixels, whose rules and totals b0 are double. Arrays of fragments are floats, padded but
- * for those of a caller. */
-typedef struct moit_single_state {
-    int count, pixels;
-    const int32_t *offsets;
-    const float *z, *own; /* own: absorbances, where a surface does not occlude itself; or NULL */
-    const double *rules, *b0;
-    double beta;
-    float *kept; /* columns, `apart` numbers from one to the next */
-    int64_t apart;
-} moit_single_state;
-
 /* Of sums over the fragments of each pixel of T (alpha color, alpha). */
 typedef struct moit_single_sums {
     int pixels;
@@ -30,29 +18,28 @@ typedef struct moit_single_sums {
     float *by_color;        /* (fragments, 3) is filled; a caller's */
 } moit_single_sums;
 
-/* What alpha and depth change by, from what is read of states. */
-typedef struct moit_single_pull {
-    const float *by, *a; /* by what is absorbed in front; absorbances */
-    const double *by_b0; /* (pixels) by totals */
-    double keeps, most;  /* of means; the most alpha that counts */
+/* From absorbances and z of n fragments to alpha and depth. */
+typedef struct moit_single_slopes {
+    int n;
+    double most; /* the most alpha that counts */
     const moit_warp_map *warp;
-    double rise;                /* of z */
+    double rise; /* of z */
+    const float *by_a, *by_z;
     const float *alpha, *depth; /* a caller's */
     float *by_alpha;            /* is added to; a caller's */
     float *by_depth;            /* is filled; a caller's */
-    bool *is_hard; /* (pixels) is filled of those with fragments: floats have too few digits */
-} moit_single_pull;
+} moit_single_slopes;
+
+/* Beyond that exp(-x) is nothing of floats. */
+#define MOIT_MOST_ABSORBED 87.0f
 
 typedef struct moit_single_adjoints {
-    /* What is absorbed in front of each fragment; keeps what has been sought. */
-    void (*absorbance)(const moit_single_state *state, float *A);
-    /* T of that, of which the least of each pixel's fragments with alpha above 0 is left out; or
-     * as it is. A is written over. */
-    void (*weights)(bool relative, int pixels, const int32_t *offsets, const float *alpha, float *A,
-                    float *T);
+    moit_ray_adjoints rays;
+    /* T of n numbers that are absorbed in front. */
+    void (*weights)(int n, const float *A, float *T);
     void (*sums)(const moit_single_sums *of);
     /* Whether all of it is finite. */
-    bool (*pull)(const moit_single_state *state, const moit_single_pull *of);
+    bool (*slopes)(const moit_single_slopes *of);
 } moit_single_adjoints;
 
 extern const moit_single_adjoints moit_single_adjoints_base, moit_single_adjoints_avx2,
@@ -69,8 +56,11 @@ typedef struct moit_single_asked {
 /* Whether floats are enough for a job's technique. */
 bool moit_is_single(const moit_job *job);
 
-/* Answers a tile, in room that its twin would have; false: some number was too large for floats,
- * and nothing has been answered. */
+/* Bytes of room for a tile of so many padded fragments and pixels. */
+size_t moit_single_scratch(int fragments, int pixels);
+
+/* Answers a tile, in its own room, where there are so many bytes; false: some number was too large
+ * for floats, and nothing has been answered. */
 bool moit_single_backwards(const moit_job *job, moit_tile *tile, const moit_single_asked *asked);
 
 #endif

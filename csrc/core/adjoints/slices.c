@@ -8,7 +8,6 @@
 #include <string.h>
 
 const char *moit_slices_refusal(const moit_technique *technique) {
-    if (technique->slices.inside) return "bounds of moments have none yet; use inside=None";
     return technique->resolution > 1
                ? "pixels that share a block's slices have none yet; use resolution=1"
                : NULL;
@@ -101,6 +100,7 @@ void moit_slices_pull_back(const moit_job *job, moit_tile *tile, const moit_adjo
                          .quantum = slices->quantum};
     double *by_code = by->work[0];
     moit_adjoint_begin(job, tile, by);
+    if (job->technique->slices.inside) moit_slices_take_bounded(job, tile, by);
     for (int p = 0; p < tile->pixels; ++p) {
         double by_sum[MOST_SUMS] = {0.0}, behind = 0.0;
         moit_readings at = moit_readings_of(job, tile, by, p, false);
@@ -117,6 +117,7 @@ void moit_slices_pull_back(const moit_job *job, moit_tile *tile, const moit_adjo
         leave_full(&s, by_sum);
         pull_slices(&s, by_sum, tile->z, by_code + s.first, by->work[1], by->work[2]);
     }
+    if (job->technique->slices.inside) moit_slices_pull_bounds(job, tile, by);
     moit_adjoint_of_absorbance(job, tile, by);
     moit_adjoint_of_totals(tile, by, by->total);
     moit_adjoint_of_warp(job, tile, by);

@@ -1,5 +1,6 @@
 /* From polynomials as adjoints keep them, in products of distances from a rule's nodes, to
  * derivatives by the moments themselves. */
+#include "core/elementary.h"
 #include "core/adjoints/moments.h"
 
 #include <math.h>
@@ -27,6 +28,19 @@ static void coefficients(int nodes, const double *rule, const double *S, double 
                         by_b[i + j - 1] += (m == k ? 1.0 : 2.0) * S[t] * u[k][i] * u[m][j];
 }
 
+double moit_moments_constant(int nodes, const double *rule, const double *S) {
+    double sum = 0.0, at_zero[MOST_NODES + 1];
+    for (int k = 0; k <= nodes; ++k) {
+        at_zero[k] = 1.0;
+        for (int i = 0; i < nodes; ++i)
+            if (i != k - 1) at_zero[k] *= -rule[i];
+    }
+    for (int k = 0, t = 0; k <= nodes; ++k)
+        for (int m = k; m <= nodes; ++m, ++t)
+            sum += (m == k ? 1.0 : 2.0) * S[t] * at_zero[k] * at_zero[m];
+    return sum;
+}
+
 /* The same of the trigonometric polynomial, by real and imaginary parts: from its values at 2 nodes
  * + 1 points all around the circle, but for the middle of the zone. */
 static void harmonics(const moit_moment_adjoints *adjoints, const moit_wrapping_zone *zone,
@@ -43,8 +57,8 @@ static void harmonics(const moit_moment_adjoints *adjoints, const moit_wrapping_
     adjoints->read_polynomial(nodes, zone, points, rule, S, z, value, slope);
     for (int k = 1; k <= nodes; ++k)
         for (int j = 0; j < points; ++j) {
-            by_b[2 * k - 2] += 2.0 / points * value[j] * cos(k * angle[j]);
-            by_b[2 * k - 1] += 2.0 / points * value[j] * sin(k * angle[j]);
+            by_b[2 * k - 2] += 2.0 / points * value[j] * moit_cos(k * angle[j]);
+            by_b[2 * k - 1] += 2.0 / points * value[j] * moit_sin(k * angle[j]);
         }
 }
 

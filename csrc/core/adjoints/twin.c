@@ -87,6 +87,7 @@ void moit_twin_begin(const moit_job *job, const moit_tile *tile, moit_twin *t) {
     int n = tile->fragments;
     size_t padded = (size_t)tile->given + MOIT_PADDING; /* as techniques count their own room */
     t->by.network = NULL;
+    t->by.blocks = NULL;
     t->job = wide_job(job, &t->fragments);
     t->job.fragments = &t->fragments;
     t->tile = *tile;
@@ -170,11 +171,16 @@ static double *wide_copy(const void *numbers, int64_t count, bool *failed) {
     return wide;
 }
 
+static moit_status prepare(moit_job *job) {
+    moit_status (*own)(moit_job *) = row_of(job->technique)->prepare;
+    moit_status status = own ? own(job) : MOIT_OK;
+    return status == MOIT_OK ? moit_blocks_prepare(job) : status;
+}
+
 /* What double makes of depths of float need not be where floats put it. */
 moit_status moit_twin_prepare(moit_job *job) {
-    moit_status (*prepare)(moit_job *) = row_of(job->technique)->prepare;
-    if (!prepare || job->fragments->precision == MOIT_FLOAT64)
-        return prepare ? prepare(job) : MOIT_OK;
+    if (job->fragments->precision == MOIT_FLOAT64) return prepare(job);
+    if (!row_of(job->technique)->prepare && job->technique->resolution < 2) return MOIT_OK;
     moit_fragments wide = *job->fragments;
     int64_t n = wide.offsets[wide.pixels];
     bool failed = false;
@@ -188,6 +194,7 @@ moit_status moit_twin_prepare(moit_job *job) {
     moit_job twin = moit_job_of(&wide, job->technique, job->cull_opaque, job->run);
     moit_status status = failed ? MOIT_NO_MEMORY : prepare(&twin);
     job->prepared = twin.prepared;
+    job->blocks = twin.blocks;
     free(depth);
     free(alpha);
     free(transmission);

@@ -1,4 +1,5 @@
 /* Backwards through the warp of depth. */
+#include "core/elementary.h"
 #include "core/adjoints/adjoints.h"
 #include "core/adjoints/tiles.h"
 #include "core/techniques/moments.h"
@@ -9,7 +10,7 @@ double moit_warp_rise(const moit_warp_map *map) {
     if (map->warp == MOIT_WARP_NONE) return 1.0;
     if (!(map->near < map->far)) return 0.0;
     double extent = map->high - map->low;
-    return map->warp == MOIT_WARP_LOG ? extent / log(map->far / map->near)
+    return map->warp == MOIT_WARP_LOG ? extent / moit_log(map->far / map->near)
                                       : extent / (map->far - map->near);
 }
 

@@ -1,6 +1,7 @@
 /* Backwards through techniques whose weights know no order. What they compute:
  * techniques/weighted.c and kernels/weights.h. Where a weight is bounded its derivative is that of
  * the bound, 0. */
+#include "core/elementary.h"
 #include "core/techniques/table.h"
 
 #include <float.h>
@@ -41,7 +42,7 @@ void moit_weighted_sum_pull_back(const moit_job *job, moit_tile *tile, const moi
 double moit_averaged_slope(double sum, int n) {
     if (sum < 0x1p-60) return 1.0;
     double mean = sum / n;
-    return mean < 1.0 ? exp((n - 1) * log1p(-mean)) : n == 1 ? 1.0 : 0.0;
+    return mean < 1.0 ? moit_exp((n - 1) * moit_log1p(-mean)) : n == 1 ? 1.0 : 0.0;
 }
 
 void moit_weighted_average_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
@@ -101,7 +102,7 @@ static slopes slopes_of(moit_weight kind, double z, double d, double alpha, doub
         s.by_bright = lit && bright < 1.0 ? fall.value : 0.0;
     }
     if (kind == MOIT_WEIGHT_EQ7 || kind == MOIT_WEIGHT_EQ8) {
-        double far = pow(z / 200.0, 6.0),
+        double far = square(cube(z / 200.0)),
                near = kind == MOIT_WEIGHT_EQ7 ? z * z / 25.0 : cube(z / 10.0);
         double under = 1e-5 + near + far;
         double rise = ((kind == MOIT_WEIGHT_EQ7 ? 2.0 : 3.0) * near + 6.0 * far) / z;

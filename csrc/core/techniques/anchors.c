@@ -1,13 +1,14 @@
 /* Anchors: fragments that matter most occlude exactly, all others as cells between them have them
  * (kernels/anchors.h). */
 #include "core/elementary.h"
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include "kernels/anchor_numbers.h"
 
 #include <math.h>
 
-bool moit_anchors_fit(const moit_technique *technique) {
+static bool anchors_fit(const moit_technique *technique) {
     return technique->anchors.cells >= 1 && technique->anchors.cells <= MOST_CELLS;
 }
 
@@ -28,7 +29,7 @@ void moit_words_of_keys(const moit_job *job, bool large, int n, void *z) {
     (large ? job->stages->fine_words : job->stages->words)(n, z);
 }
 
-size_t moit_anchors_scratch(const moit_job *job, int fragments, int pixels) {
+static size_t anchors_scratch(const moit_job *job, int fragments, int pixels) {
     return bytes_of_numbers(job, pixels)
            + moit_bytes_of_keys(job->technique->anchors.large_keys, fragments);
 }
@@ -58,14 +59,14 @@ static void gather(const moit_job *job, moit_tile *tile) {
     job->precise->decay(tile->pixels, tile->double_b0, tile->total);
 }
 
-void moit_anchors_weigh(const moit_job *job, moit_tile *tile) {
+static void anchors_weigh(const moit_job *job, moit_tile *tile) {
     gather(job, tile);
     job->stages->anchor_transmittance(job->technique->count, job->technique->anchors.cells,
                                       tile->pixels, tile->offsets, tile->z, tile->absorbance,
                                       tile->own, tile->T);
 }
 
-void moit_anchors_curve(const moit_job *job, moit_tile *tile) {
+static void anchors_curve(const moit_job *job, moit_tile *tile) {
     gather(job, tile);
     moit_moments_warp_curve(job, tile);
     moit_words_of_keys(job, job->technique->anchors.large_keys, tile->curve_offsets[tile->pixels],
@@ -174,7 +175,7 @@ static void bounds_at(const moit_job *job, const proof *it, double word, double 
     *upper = fmin(moit_exp(-fmax(least - it->slack, 0.0)) * (1.0 + 0x1p-20), 1.0);
 }
 
-void moit_anchors_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
+static void anchors_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     moit_precision precision = job->fragments->precision;
     gather(job, tile);
     if (job->depths) {
@@ -197,17 +198,20 @@ void moit_anchors_bounds(const moit_job *job, moit_tile *tile, double *lower, do
     }
 }
 
-const moit_technique_row moit_anchors_row = {.name = "anchors",
-                                             .usual_counts = (const int[]){4, 0},
-                                             .least_count = 1,
-                                             .most_count = MOST_KEPT,
-                                             .fits = moit_anchors_fit,
-                                             .weigh = moit_anchors_weigh,
-                                             .curve = moit_anchors_curve,
-                                             .bounds = moit_anchors_bounds,
-                                             .scratch = moit_anchors_scratch,
-                                             .unit_range = {0.0, 1.0},
-                                             .uses_warp = true,
-                                             .reconstructs = true,
-                                             .takes_points = true,
-                                             .geometry_passes = 3};
+const moit_technique_row moit_anchors_row = {
+    .name = "anchors",
+    OPTIONS(COUNT, WARPED, WHOLE("cells", anchors.cells, 1, MOST_CELLS),
+            NUMBER("gamma", anchors.gamma), TRUTH("large_keys", anchors.large_keys)),
+    .usual_counts = (const int[]){4, 0},
+    .least_count = 1,
+    .most_count = MOST_KEPT,
+    .fits = anchors_fit,
+    .weigh = anchors_weigh,
+    .curve = anchors_curve,
+    .bounds = anchors_bounds,
+    .scratch = anchors_scratch,
+    .unit_range = {0.0, 1.0},
+    .uses_warp = true,
+    .reconstructs = true,
+    .takes_points = true,
+    .geometry_passes = 3};

@@ -4,12 +4,13 @@
  * lets nothing through, and no slice behind it does. */
 #include "core/techniques/slices.h"
 
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-bool moit_avboit_fits(const moit_technique *technique) {
+static bool avboit_fits(const moit_technique *technique) {
     const moit_slice_options *o = &technique->slices;
     return moit_slices_fit(technique) && o->table == MOIT_TABLE_IMAGE && !o->inside
            && !technique->full_total && o->bias >= 0.0 && o->bias <= 8.0;
@@ -55,7 +56,7 @@ moit_slices moit_voxels_as_published(const moit_technique *technique) {
                          .length = 1};
 }
 
-moit_status moit_avboit_prepare(moit_job *job) {
+static moit_status avboit_prepare(moit_job *job) {
     moit_slices how = moit_voxels_as_published(job->technique);
     moit_status status = moit_slices_make(job, &how, false);
     if (status == MOIT_OK && job->prepared) status = see_through(job, job->prepared);
@@ -140,16 +141,19 @@ static void answer(const moit_job *job, moit_tile *tile, void *T) {
     moit_total_product(job, tile);
 }
 
-void moit_avboit_weigh(const moit_job *job, moit_tile *tile) { answer(job, tile, tile->T); }
+static void avboit_weigh(const moit_job *job, moit_tile *tile) { answer(job, tile, tile->T); }
 
-void moit_avboit_curve(const moit_job *job, moit_tile *tile) { answer(job, tile, tile->curve); }
+static void avboit_curve(const moit_job *job, moit_tile *tile) { answer(job, tile, tile->curve); }
 
 const moit_technique_row moit_avboit_row = {.name = "avboit",
-                                            .fits = moit_avboit_fits,
-                                            .weigh = moit_avboit_weigh,
+                                            OPTIONS(SLICES, NUMBER("slice_bias", slices.bias),
+                                                    TRUTH("average", slices.average),
+                                                    TRUTH("cubic", slices.cubic)),
+                                            .fits = avboit_fits,
+                                            .weigh = avboit_weigh,
                                             .total = moit_total_product,
-                                            .curve = moit_avboit_curve,
-                                            .prepare = moit_avboit_prepare,
+                                            .curve = avboit_curve,
+                                            .prepare = avboit_prepare,
                                             .release = moit_slices_release,
                                             .scratch = moit_slices_scratch,
                                             .unit_range = {0.0, 1.0},

@@ -204,6 +204,16 @@ static void read_sums(const moit_job *job, const moit_blocks_around *of, int i, 
         moit_set_number(precision, to->numbers, p * b->numbers + k, sum[k] * scale);
 }
 
+moit_state moit_block_state(const moit_job *job, int set, int64_t block) {
+    return state_at(job, job->blocks, set, block);
+}
+
+void moit_blocks_find_around(const moit_job *job, const moit_tile *tile, int first, int n,
+                             moit_blocks_around *of) {
+    const blocks *b = job->blocks;
+    moit_find_blocks_around(job, &b->squares, &b->guides, tile, first, n, of);
+}
+
 void moit_blocks_read(const moit_job *job, moit_tile *tile, int set) {
     const blocks *b = job->blocks;
     if (!b) return;
@@ -213,7 +223,7 @@ void moit_blocks_read(const moit_job *job, moit_tile *tile, int set) {
     moit_blocks_around of;
     for (int first = 0; first < tile->pixels; first += MOIT_AROUND) {
         int n = tile->pixels - first < MOIT_AROUND ? tile->pixels - first : MOIT_AROUND;
-        moit_find_blocks_around(job, &b->squares, &b->guides, tile, first, n, &of);
+        moit_blocks_find_around(job, tile, first, n, &of);
         for (int i = 0; i < n; ++i)
             if (b->means) read_means(job, &of, i, set, &to, first + i);
             else read_sums(job, &of, i, set, &to, first + i, weights);

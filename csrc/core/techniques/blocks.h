@@ -7,7 +7,7 @@
 #define MOIT_BLOCKS_H
 
 #include "core/squares.h"
-#include "core/tile.h"
+#include "core/techniques/upsampling.h"
 
 /* The most numbers of one set. */
 enum { MOIT_MOST_BLOCK_NUMBERS = 256 };
@@ -49,6 +49,12 @@ void moit_blocks_read(const moit_job *job, moit_tile *tile, int set);
 /* While blocks are made: the state of its block, in place of that of each pixel with fragments; of
  * the others nothing. */
 void moit_own_block_read(const moit_job *job, moit_tile *tile, int set);
+
+/* What a block keeps of a set, and the blocks around n of the tile's pixels, at most MOIT_AROUND:
+ * of a job that has blocks. */
+moit_state moit_block_state(const moit_job *job, int set, int64_t block);
+void moit_blocks_find_around(const moit_job *job, const moit_tile *tile, int first, int n,
+                             moit_blocks_around *of);
 
 /* The total transmittance of pixels whose blocks do not keep theirs: the product of 1 - alpha.
  * Nothing where there are no blocks, or each pixel has its own total. */

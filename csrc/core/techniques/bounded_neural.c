@@ -1,4 +1,5 @@
 /* Bounded neural transmittance: power moments, between whose bounds a network decides. */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 /* Networks of two layers of 8: 4 inputs of a fragment, then count of its pixel. */
@@ -13,7 +14,7 @@ int moit_bounded_weights(const moit_technique *technique) {
 /* What the network sees, and the bounds between which it decides. */
 int moit_bounded_columns(const moit_technique *technique) { return inputs_of(technique) + 2; }
 
-size_t moit_bounded_scratch(const moit_job *job, int fragments, int pixels) {
+static size_t bounded_scratch(const moit_job *job, int fragments, int pixels) {
     (void)pixels;
     return (size_t)fragments * (size_t)moit_bounded_columns(job->technique) * job->scalar;
 }
@@ -82,7 +83,7 @@ void moit_bounded_weigh(const moit_job *job, moit_tile *tile) {
                                        job->technique->bounded.network, tile->absorbed, tile->T);
 }
 
-void moit_bounded_curve(const moit_job *job, moit_tile *tile) {
+static void bounded_curve(const moit_job *job, moit_tile *tile) {
     const double *outlines = read_outlines(job, tile);
     moit_moments_place_curve(job, tile);
     job->stages->bounded_transmittance(job->technique->count, tile->pixels, tile->curve_offsets,
@@ -92,9 +93,9 @@ void moit_bounded_curve(const moit_job *job, moit_tile *tile) {
 
 /* What power moments prove; where their rounding has moved what is answered out of that, as far as
  * it is. */
-void moit_bounded_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
+static void bounded_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     moit_precision precision = job->fragments->precision;
-    (job->depths ? moit_bounded_curve : moit_bounded_weigh)(job, tile);
+    (job->depths ? bounded_curve : moit_bounded_weigh)(job, tile);
     moit_power_bounds(job, tile, lower, upper);
     const int32_t *offsets = job->depths ? tile->curve_offsets : tile->offsets;
     for (int i = 0; i < offsets[tile->pixels]; ++i) {
@@ -104,31 +105,33 @@ void moit_bounded_bounds(const moit_job *job, moit_tile *tile, double *lower, do
     }
 }
 
-void moit_bounded_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features) {
+static void fill_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features) {
     const double *outlines = read_outlines(job, tile);
     job->stages->bounded_features(job->technique->count, tile->pixels, tile->offsets, tile->z,
                                   tile->absorbance, tile->rules, outlines, tile->b0,
                                   job->technique->bounded.network, stride, features);
 }
 
-const moit_technique_row moit_neural_bounded_row = {.name = "neural-bounded",
-                                                    .thick = MOIT_THICK_MOMENTS,
-                                                    .usual_counts = (const int[]){4, 6, 0},
-                                                    .least_count = 4,
-                                                    .most_count = 6,
-                                                    .weigh = moit_bounded_weigh,
-                                                    .pull_back = moit_bounded_pull_back,
-                                                    .refusal = moit_bounded_refusal,
-                                                    .curve = moit_bounded_curve,
-                                                    .bounds = moit_bounded_bounds,
-                                                    .scratch = moit_bounded_scratch,
-                                                    .moments = &moit_bounded_moments,
-                                                    .blocks = &moit_moment_blocks,
-                                                    .weights = moit_bounded_weights,
-                                                    .columns = moit_bounded_columns,
-                                                    .features = moit_bounded_features,
-                                                    .unit_range = {-1.0, 1.0},
-                                                    .uses_warp = true,
-                                                    .reconstructs = true,
-                                                    .absorbs = moit_absorbs,
-                                                    .geometry_passes = 2};
+const moit_technique_row moit_neural_bounded_row = {
+    .name = "neural-bounded",
+    OPTIONS(COUNT, WARPED, BLOCKS, BIAS, MOMENT_BITS(32), HALVES, NETWORK(bounded.network)),
+    .thick = MOIT_THICK_MOMENTS,
+    .usual_counts = (const int[]){4, 6, 0},
+    .least_count = 4,
+    .most_count = 6,
+    .weigh = moit_bounded_weigh,
+    .pull_back = moit_bounded_pull_back,
+    .refusal = moit_bounded_refusal,
+    .curve = bounded_curve,
+    .bounds = bounded_bounds,
+    .scratch = bounded_scratch,
+    .moments = &moit_bounded_moments,
+    .blocks = &moit_moment_blocks,
+    .weights = moit_bounded_weights,
+    .columns = moit_bounded_columns,
+    .features = fill_features,
+    .unit_range = {-1.0, 1.0},
+    .uses_warp = true,
+    .reconstructs = true,
+    .absorbs = moit_absorbs,
+    .geometry_passes = 2};

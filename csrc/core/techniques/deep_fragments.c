@@ -1,24 +1,25 @@
 /* Deep fragments: the two nearest fragments of a pixel, and of the others sums, of which a network
  * makes a colour (kernels/deep_fragments.h). */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
 
 enum { FEATURES = 5, FIRST = 32, SECOND = 16, COLUMNS = FEATURES + 2 };
 
-int moit_deep_weights(const moit_technique *technique) {
+static int deep_weights(const moit_technique *technique) {
     (void)technique;
     return FIRST * (FEATURES + 1) + SECOND * (FIRST + 1) + SECOND + 1;
 }
 
 /* What the network sees, and what a fragment counts with where it says 0, and how much more
  * where 1. */
-int moit_deep_columns(const moit_technique *technique) {
+static int deep_columns(const moit_technique *technique) {
     (void)technique;
     return COLUMNS;
 }
 
-size_t moit_deep_scratch(const moit_job *job, int fragments, int pixels) {
+static size_t deep_scratch(const moit_job *job, int fragments, int pixels) {
     return ((size_t)pixels * MOIT_DEEP_RAY + (size_t)fragments * COLUMNS) * job->scalar;
 }
 
@@ -43,7 +44,7 @@ static void gather(const moit_job *job, moit_tile *tile, const void *color) {
         tile->total[p] = moit_number(precision, rays, (int64_t)p * MOIT_DEEP_RAY + MOIT_DEEP_TOTAL);
 }
 
-void moit_deep_weigh(const moit_job *job, moit_tile *tile) {
+static void deep_weigh(const moit_job *job, moit_tile *tile) {
     gather(job, tile, NULL);
     job->stages->deep_transmittance(tile->pixels, tile->offsets, tile->alpha, tile->absorbance,
                                     tile->z, tile->rank, rays_of(job, tile), tile->T);
@@ -62,7 +63,7 @@ static double most_of(const moit_job *job, const moit_tile *tile, int p, int c) 
     return most + fabs(most) * 0x1p-10;
 }
 
-void moit_deep_resolve(const moit_job *job, moit_tile *tile) {
+static void resolve_pixels(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     gather(job, tile, tile->color);
     for (int p = 0; p < tile->pixels; ++p) {
@@ -76,13 +77,13 @@ void moit_deep_resolve(const moit_job *job, moit_tile *tile) {
     }
 }
 
-void moit_deep_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features) {
+static void fill_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features) {
     gather(job, tile, NULL);
     job->stages->deep_features(tile->pixels, tile->offsets, tile->alpha, tile->absorbance, tile->z,
                                tile->rank, rays_of(job, tile), stride, features);
 }
 
-bool moit_deep_overflows(const moit_job *job, const moit_tile *tile, int p) {
+static bool deep_overflows(const moit_job *job, const moit_tile *tile, int p) {
     moit_precision precision = job->fragments->precision;
     int64_t first = (int64_t)p * MOIT_DEEP_RAY + MOIT_DEEP_NEAR;
     bool over = false;
@@ -92,15 +93,16 @@ bool moit_deep_overflows(const moit_job *job, const moit_tile *tile, int p) {
 }
 
 const moit_technique_row moit_dfa_row = {.name = "dfa",
+                                         OPTIONS(WARP, MAX_ALPHA, NETWORK(neural.network)),
                                          .thick = MOIT_THICK_MIDDLE,
-                                         .weigh = moit_deep_weigh,
+                                         .weigh = deep_weigh,
                                          .pull_back = moit_deep_pull_back,
-                                         .overflows = moit_deep_overflows,
-                                         .resolve = moit_deep_resolve,
-                                         .scratch = moit_deep_scratch,
-                                         .weights = moit_deep_weights,
-                                         .columns = moit_deep_columns,
-                                         .features = moit_deep_features,
+                                         .overflows = deep_overflows,
+                                         .resolve = resolve_pixels,
+                                         .scratch = deep_scratch,
+                                         .weights = deep_weights,
+                                         .columns = deep_columns,
+                                         .features = fill_features,
                                          .unit_range = {0.0, 1.0},
                                          .uses_warp = true,
                                          .arrival = MOIT_TIES_IN_ORDER,

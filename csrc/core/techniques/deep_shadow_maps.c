@@ -5,6 +5,7 @@
 #include "kernels/dialect.h"
 #include "kernels/deep_shadow.h"
 
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 /* Differences of the largest depths are finite when both are a quarter. */
@@ -20,7 +21,7 @@ typedef struct {
 /* Nodes of a map of n surfaces at most. */
 static size_t most_nodes(int n) { return 3 * (size_t)n + 3; }
 
-size_t moit_deep_shadow_scratch(const moit_job *job, int fragments, int pixels) {
+static size_t deep_shadow_scratch(const moit_job *job, int fragments, int pixels) {
     (void)job, (void)pixels;
     return 2 * most_nodes(fragments) * sizeof(double);
 }
@@ -99,7 +100,7 @@ static void sort_tile(const moit_job *job, moit_tile *tile) {
     }
 }
 
-void moit_deep_shadow_weigh(const moit_job *job, moit_tile *tile) {
+static void deep_shadow_weigh(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     shadow_map map = empty_map(job, tile);
     sort_tile(job, tile);
@@ -115,7 +116,7 @@ void moit_deep_shadow_weigh(const moit_job *job, moit_tile *tile) {
     }
 }
 
-void moit_deep_shadow_curve(const moit_job *job, moit_tile *tile) {
+static void deep_shadow_curve(const moit_job *job, moit_tile *tile) {
     shadow_map map = empty_map(job, tile);
     sort_tile(job, tile);
     for (int p = 0; p < tile->pixels; ++p) {
@@ -135,8 +136,9 @@ void moit_deep_shadow_curve(const moit_job *job, moit_tile *tile) {
 }
 
 const moit_technique_row moit_deep_shadow_row = {.name = "deep-shadow",
-                                                 .weigh = moit_deep_shadow_weigh,
-                                                 .curve = moit_deep_shadow_curve,
-                                                 .scratch = moit_deep_shadow_scratch,
+                                                 OPTIONS(NORMALIZE, NUMBER("tolerance", tolerance)),
+                                                 .weigh = deep_shadow_weigh,
+                                                 .curve = deep_shadow_curve,
+                                                 .scratch = deep_shadow_scratch,
                                                  .reconstructs = true,
                                                  .geometry_passes = 2};

@@ -7,6 +7,7 @@
  * Keys of 32 bits hold depth in 20 bits and the root of 1 - alpha in 12. What is taken out has to
  * be what was added: so all fragments are rounded to their keys first, and nothing else of depth
  * and alpha is known but what shading has. */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -25,7 +26,7 @@ moit_technique moit_front_tail(const moit_technique *technique) {
     return tail;
 }
 
-bool moit_front_fits(const moit_technique *technique) {
+static bool front_fits(const moit_technique *technique) {
     moit_technique tail = moit_front_tail(technique);
     return (tail.kind == MOIT_POWER_MOMENTS || tail.kind == MOIT_TRIGONOMETRIC_MOMENTS
             || tail.kind == MOIT_BOUNDED_NEURAL)
@@ -33,7 +34,7 @@ bool moit_front_fits(const moit_technique *technique) {
            && !(technique->front.small_keys && technique->range_per_pixel);
 }
 
-int moit_front_weights(const moit_technique *technique) {
+static int front_weights(const moit_technique *technique) {
     moit_technique tail = moit_front_tail(technique);
     return tail.kind == MOIT_BOUNDED_NEURAL ? moit_network_weights(&tail) : 0;
 }
@@ -52,7 +53,7 @@ static size_t row_of(const moit_job *job, int fragments) {
     return rounds ? ((size_t)fragments * job->scalar + 7) / 8 * 8 : 0;
 }
 
-size_t moit_front_scratch(const moit_job *job, int fragments, int pixels) {
+static size_t front_scratch(const moit_job *job, int fragments, int pixels) {
     return 2 * row_of(job, fragments) + doubles_of(pixels) * sizeof(double)
            + (size_t)(pixels + 1) * sizeof(int32_t);
 }
@@ -229,7 +230,7 @@ const double *moit_front_through(const moit_job *job, const moit_tile *tile) {
 
 const double *moit_front_tails(const moit_tile *tile) { return tile->points[2]; }
 
-void moit_front_weigh(const moit_job *job, moit_tile *tile) {
+static void front_weigh(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     front_part front = part_of(job, tile);
     read_tail(job, tile);
@@ -249,7 +250,7 @@ void moit_front_weigh(const moit_job *job, moit_tile *tile) {
     }
 }
 
-void moit_front_curve(const moit_job *job, moit_tile *tile) {
+static void front_curve(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     front_part front = part_of(job, tile);
     read_tail(job, tile);
@@ -271,7 +272,7 @@ void moit_front_curve(const moit_job *job, moit_tile *tile) {
 }
 
 /* The tail is scaled to cover what it does, the nearest are as they are. */
-void moit_front_blend(const moit_job *job, moit_tile *tile) {
+static void front_blend(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     front_part front = part_of(job, tile);
     for (int p = 0; job->technique->normalize && p < tile->pixels; ++p) {
@@ -345,7 +346,7 @@ static double through_first(const moit_job *job, const moit_tile *tile, int p, i
 /* What is strictly nearer among the nearest is the most that reaches anything. Of a depth nearer
  * than the last of them it is all there is; of these themselves, what came before them at their
  * depth may count too, as it does for `sorted`. */
-void moit_front_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
+static void front_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     moit_precision precision = job->fragments->precision;
     const double slack = moit_product_slack(job->technique->count);
     moit_total_bounds(job, tile, lower, upper);
@@ -373,24 +374,29 @@ void moit_front_bounds(const moit_job *job, moit_tile *tile, double *lower, doub
     }
 }
 
-const moit_technique_row moit_front_row = {.name = "front",
-                                           .usual_counts = (const int[]){2, 0},
-                                           .least_count = 1,
-                                           .most_count = MOIT_MOST_LAYERS,
-                                           .fits = moit_front_fits,
-                                           .weigh = moit_front_weigh,
-                                           .pull_back = moit_front_pull_back,
-                                           .refusal = moit_front_refusal,
-                                           .see = moit_front_see,
-                                           .unsee = moit_front_unsee,
-                                           .curve = moit_front_curve,
-                                           .bounds = moit_front_bounds,
-                                           .blend = moit_front_blend,
-                                           .scratch = moit_front_scratch,
-                                           .weights = moit_front_weights,
-                                           .unit_range = {-1.0, 1.0},
-                                           .uses_warp = true,
-                                           .reconstructs = true,
-                                           .arrival = MOIT_TIES_IN_ORDER,
-                                           .ties = MOIT_TIES_EARLIER,
-                                           .geometry_passes = 2};
+const moit_technique_row moit_front_row = {
+    .name = "front",
+    OPTIONS(COUNT, WARPED, READ_MOMENTS, MOMENT_BITS(32), WRAPPING_ZONE,
+            WHOLE("tail", front.tail, 0, MOIT_KIND_COUNT - 1),
+            WHOLE("moment_count", front.moment_count, 2, 8), TRUTH("small_keys", front.small_keys),
+            NETWORK(front.network) /* its tail's */),
+    .usual_counts = (const int[]){2, 0},
+    .least_count = 1,
+    .most_count = MOIT_MOST_LAYERS,
+    .fits = front_fits,
+    .weigh = front_weigh,
+    .pull_back = moit_front_pull_back,
+    .refusal = moit_front_refusal,
+    .see = moit_front_see,
+    .unsee = moit_front_unsee,
+    .curve = front_curve,
+    .bounds = front_bounds,
+    .blend = front_blend,
+    .scratch = front_scratch,
+    .weights = front_weights,
+    .unit_range = {-1.0, 1.0},
+    .uses_warp = true,
+    .reconstructs = true,
+    .arrival = MOIT_TIES_IN_ORDER,
+    .ties = MOIT_TIES_EARLIER,
+    .geometry_passes = 2};

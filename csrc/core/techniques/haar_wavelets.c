@@ -1,5 +1,6 @@
 /* Wavelet transparency on a tile: coefficients of each pixel, what its cells end with, light. */
 #include "core/techniques/moments.h"
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 enum { WORD_BITS = 16 };
@@ -10,7 +11,7 @@ static int levels_of(const moit_job *job) {
     return levels;
 }
 
-size_t moit_haar_scratch(const moit_job *job, int fragments, int pixels) {
+static size_t haar_scratch(const moit_job *job, int fragments, int pixels) {
     (void)fragments;
     return ((size_t)pixels << levels_of(job)) * job->scalar;
 }
@@ -63,7 +64,7 @@ static void read_tile(const moit_job *job, moit_tile *tile) {
     moit_blocks_total(job, tile);
 }
 
-void moit_haar_weigh(const moit_job *job, moit_tile *tile) {
+static void haar_weigh(const moit_job *job, moit_tile *tile) {
     read_tile(job, tile);
     job->stages->haar_transmittance(levels_of(job), job->technique->series.density, tile->pixels,
                                     tile->offsets, tile->z,
@@ -71,7 +72,7 @@ void moit_haar_weigh(const moit_job *job, moit_tile *tile) {
                                     tile->own, tile->absorbed, tile->T);
 }
 
-void moit_haar_curve(const moit_job *job, moit_tile *tile) {
+static void haar_curve(const moit_job *job, moit_tile *tile) {
     read_tile(job, tile);
     moit_moments_warp_curve(job, tile);
     job->stages->haar_transmittance(levels_of(job), job->technique->series.density, tile->pixels,
@@ -80,15 +81,16 @@ void moit_haar_curve(const moit_job *job, moit_tile *tile) {
 }
 
 const moit_technique_row moit_wavelet_row = {.name = "wavelet",
+                                             OPTIONS(SERIES, TRUTH("density", series.density)),
                                              .usual_counts = (const int[]){4, 8, 16, 32, 0},
                                              .least_count = 4,
                                              .most_count = 32,
-                                             .weigh = moit_haar_weigh,
+                                             .weigh = haar_weigh,
                                              .pull_back = moit_haar_pull_back,
                                              .refusal = moit_series_refusal,
-                                             .curve = moit_haar_curve,
+                                             .curve = haar_curve,
                                              .blocks = &moit_haar_blocks,
-                                             .scratch = moit_haar_scratch,
+                                             .scratch = haar_scratch,
                                              .unit_range = {0.0, 1.0},
                                              .uses_warp = true,
                                              .reconstructs = true,

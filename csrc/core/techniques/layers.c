@@ -1,4 +1,5 @@
 /* Techniques that keep a few layers of a pixel and make do with them. */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -29,7 +30,7 @@ static void weigh_foremost(const moit_job *job, moit_tile *tile, double least) {
 /* Everitt 2001: each pass draws what is nearest of what lies behind the pass before, `count` times.
  * Renormalised what all fragments let through is known, too, and those drawn stand for all; where
  * they cover nothing, nothing is. */
-void moit_peeling_weigh(const moit_job *job, moit_tile *tile) {
+static void peeling_weigh(const moit_job *job, moit_tile *tile) {
     weigh_foremost(job, tile, 0.0);
     if (!job->technique->normalize) return;
     job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->double_b0);
@@ -38,8 +39,8 @@ void moit_peeling_weigh(const moit_job *job, moit_tile *tile) {
 }
 
 /* What no pass has drawn is not seen. */
-void moit_peeling_resolve(const moit_job *job, moit_tile *tile) {
-    moit_peeling_weigh(job, tile);
+static void peeling_resolve(const moit_job *job, moit_tile *tile) {
+    peeling_weigh(job, tile);
     for (int p = 0; p < tile->pixels; ++p) tile->sums[p] = 0.0;
     job->stages->tail(job->technique->count, tile->pixels, tile->offsets, tile->rank, tile->sums,
                       tile->T);
@@ -52,9 +53,9 @@ void moit_peeling_resolve(const moit_job *job, moit_tile *tile) {
     }
 }
 
-void moit_peeling_curve(const moit_job *job, moit_tile *tile) {
+static void peeling_curve(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
-    moit_peeling_weigh(job, tile);
+    peeling_weigh(job, tile);
     for (int p = 0; p < tile->pixels; ++p) {
         int start = tile->offsets[p], n = tile->offsets[p + 1] - start;
         int kept = n < job->technique->count ? n : job->technique->count;
@@ -72,7 +73,7 @@ void moit_peeling_curve(const moit_job *job, moit_tile *tile) {
 }
 
 /* Bavoil et al. 2007: of k + 1 fragments the farthest goes, over what went before it. */
-void moit_kbuffer_weigh(const moit_job *job, moit_tile *tile) {
+static void kbuffer_weigh(const moit_job *job, moit_tile *tile) {
     job->stages->kbuffer_ranks(job->technique->count, tile->pixels, tile->offsets, tile->depth,
                                tile->rank);
     job->stages->ranked_transmittance(tile->pixels, tile->offsets, tile->alpha, tile->rank,
@@ -92,7 +93,7 @@ static double tail_coverage(const moit_job *job, const moit_tile *tile, int p) {
  * all others count as behind them), the others as the weighted average of Bavoil and Myers
  * has them, n layers of the mean opacity in the mean colour; renormalised, what they cover is
  * exact. */
-void moit_hybrid_weigh(const moit_job *job, moit_tile *tile) {
+static void hybrid_weigh(const moit_job *job, moit_tile *tile) {
     int layers = job->technique->count;
     weigh_foremost(job, tile, job->technique->core_alpha);
     for (int p = 0; p < tile->pixels; ++p) {
@@ -113,7 +114,7 @@ void moit_hybrid_weigh(const moit_job *job, moit_tile *tile) {
 
 /* A layer's numbers and its step, as if all were double; in buckets once more its numbers, and
  * fragments' depth and alpha. */
-size_t moit_layers_scratch(const moit_job *job, int fragments, int pixels) {
+static size_t layers_scratch(const moit_job *job, int fragments, int pixels) {
     size_t layers = (size_t)pixels * (size_t)job->technique->count,
            numbers = layers * (MOIT_LAYER_NUMBERS + 2);
     if (job->technique->kind == MOIT_MLAB && job->technique->layers.buckets)
@@ -164,20 +165,20 @@ static const void *adaptive_steps(const moit_job *job, moit_tile *tile) {
     return depth;
 }
 
-void moit_adaptive_weigh(const moit_job *job, moit_tile *tile) {
+static void adaptive_weigh(const moit_job *job, moit_tile *tile) {
     const void *depth = adaptive_steps(job, tile);
     job->stages->steps(job->technique->count, tile->pixels, tile->offsets, depth,
                        steps_of(job, tile), tile->T);
 }
 
-void moit_adaptive_curve(const moit_job *job, moit_tile *tile) {
+static void adaptive_curve(const moit_job *job, moit_tile *tile) {
     adaptive_steps(job, tile);
     hold_curve_depths(job, tile);
     job->stages->steps(job->technique->count, tile->pixels, tile->curve_offsets, tile->curve_z,
                        steps_of(job, tile), tile->curve);
 }
 
-bool moit_mlab_fits(const moit_technique *technique) {
+static bool mlab_fits(const moit_technique *technique) {
     return !technique->layers.buckets || technique->count > 1;
 }
 
@@ -240,7 +241,7 @@ static const void *mlab_layers(const moit_job *job, moit_tile *tile, const void 
 }
 
 /* One layer over the other, from the front. */
-void moit_mlab_resolve(const moit_job *job, moit_tile *tile) {
+static void mlab_resolve(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     mlab_layers(job, tile, tile->color);
     int64_t at = 0;
@@ -257,7 +258,7 @@ void moit_mlab_resolve(const moit_job *job, moit_tile *tile) {
     }
 }
 
-bool moit_mlab_overflows(const moit_job *job, const moit_tile *tile, int p) {
+static bool mlab_overflows(const moit_job *job, const moit_tile *tile, int p) {
     if (!job->technique->layers.quantized) return false;
     int count = job->technique->count;
     moit_precision precision = job->fragments->precision;
@@ -286,13 +287,13 @@ static const void *mlab_steps(const moit_job *job, moit_tile *tile) {
     return depth;
 }
 
-void moit_mlab_weigh(const moit_job *job, moit_tile *tile) {
+static void mlab_weigh(const moit_job *job, moit_tile *tile) {
     const void *depth = mlab_steps(job, tile);
     job->stages->steps(job->technique->count, tile->pixels, tile->offsets, depth,
                        steps_of(job, tile), tile->T);
 }
 
-void moit_mlab_curve(const moit_job *job, moit_tile *tile) {
+static void mlab_curve(const moit_job *job, moit_tile *tile) {
     mlab_steps(job, tile);
     hold_curve_depths(job, tile);
     job->stages->steps(job->technique->count, tile->pixels, tile->curve_offsets, tile->curve_z,
@@ -300,30 +301,35 @@ void moit_mlab_curve(const moit_job *job, moit_tile *tile) {
 }
 
 const moit_technique_row moit_depth_peeling_row = {.name = "depth-peeling",
+                                                   OPTIONS(COUNT, NORMALIZE),
                                                    .thick = MOIT_THICK_MIDDLE,
                                                    .usual_counts = (const int[]){4, 0},
                                                    .least_count = 1,
                                                    .most_count = MOIT_MOST_LAYERS,
-                                                   .weigh = moit_peeling_weigh,
+                                                   .weigh = peeling_weigh,
                                                    .pull_back = moit_peeling_pull_back,
                                                    .see = moit_peeling_see,
                                                    .unsee = moit_peeling_unsee,
-                                                   .curve = moit_peeling_curve,
-                                                   .resolve = moit_peeling_resolve,
+                                                   .curve = peeling_curve,
+                                                   .resolve = peeling_resolve,
                                                    .by_channel = true,
                                                    .arrival = MOIT_TIES_IN_ORDER,
                                                    .ties = MOIT_TIES_EARLIER,
                                                    .exact_counts = true,
                                                    .passes_count = true};
 
+/* Of what merges neighbours where there is one too many. */
+#define MERGING WARP, TRUTH("quantized", layers.quantized), TRUTH("by_energy", layers.by_energy)
+
 const moit_technique_row moit_adaptive_row = {.name = "adaptive",
+                                              OPTIONS(COUNT, NORMALIZE, MERGING),
                                               .thick = MOIT_THICK_MIDDLE,
                                               .usual_counts = (const int[]){4, 0},
                                               .least_count = 2,
                                               .most_count = MOIT_MOST_LAYERS,
-                                              .weigh = moit_adaptive_weigh,
-                                              .curve = moit_adaptive_curve,
-                                              .scratch = moit_layers_scratch,
+                                              .weigh = adaptive_weigh,
+                                              .curve = adaptive_curve,
+                                              .scratch = layers_scratch,
                                               .unit_range = {0.0, 1.0},
                                               .uses_warp = true,
                                               .exceeds = true,
@@ -331,29 +337,33 @@ const moit_technique_row moit_adaptive_row = {.name = "adaptive",
                                               .arrival = MOIT_IN_ORDER,
                                               .geometry_passes = 2};
 
-const moit_technique_row moit_mlab_row = {.name = "mlab",
-                                          .fits = moit_mlab_fits,
-                                          .thick = MOIT_THICK_MIDDLE,
-                                          .usual_counts = (const int[]){2, 4, 6, 0},
-                                          .least_count = 1,
-                                          .most_count = MOIT_MOST_LAYERS,
-                                          .weigh = moit_mlab_weigh,
-                                          .overflows = moit_mlab_overflows,
-                                          .curve = moit_mlab_curve,
-                                          .resolve = moit_mlab_resolve,
-                                          .scratch = moit_layers_scratch,
-                                          .unit_range = {0.0, 1.0},
-                                          .uses_warp = true,
-                                          .arrival = MOIT_IN_ORDER,
-                                          .ties = MOIT_TIES_LATER,
-                                          .geometry_passes = 1};
+const moit_technique_row moit_mlab_row = {
+    .name = "mlab",
+    OPTIONS(COUNT, MERGING, NUMBER("min_alpha", layers.min_alpha), TRUTH("buckets", layers.buckets),
+            NUMBER("front_alpha", layers.front_alpha), NUMBER("back_alpha", layers.back_alpha)),
+    .fits = mlab_fits,
+    .thick = MOIT_THICK_MIDDLE,
+    .usual_counts = (const int[]){2, 4, 6, 0},
+    .least_count = 1,
+    .most_count = MOIT_MOST_LAYERS,
+    .weigh = mlab_weigh,
+    .overflows = mlab_overflows,
+    .curve = mlab_curve,
+    .resolve = mlab_resolve,
+    .scratch = layers_scratch,
+    .unit_range = {0.0, 1.0},
+    .uses_warp = true,
+    .arrival = MOIT_IN_ORDER,
+    .ties = MOIT_TIES_LATER,
+    .geometry_passes = 1};
 
 const moit_technique_row moit_kbuffer_row = {.name = "kbuffer",
+                                             OPTIONS(COUNT),
                                              .thick = MOIT_THICK_MIDDLE,
                                              .usual_counts = (const int[]){4, 0},
                                              .least_count = 1,
                                              .most_count = MOIT_MOST_LAYERS,
-                                             .weigh = moit_kbuffer_weigh,
+                                             .weigh = kbuffer_weigh,
                                              .pull_back = moit_sorted_pull_back,
                                              .by_channel = true,
                                              .arrival = MOIT_IN_ORDER,
@@ -362,16 +372,18 @@ const moit_technique_row moit_kbuffer_row = {.name = "kbuffer",
                                              .exact_counts = true,
                                              .geometry_passes = 1};
 
-const moit_technique_row moit_hybrid_row = {.name = "hybrid",
-                                            .thick = MOIT_THICK_MIDDLE,
-                                            .usual_counts = (const int[]){4, 0},
-                                            .least_count = 1,
-                                            .most_count = MOIT_MOST_LAYERS,
-                                            .weigh = moit_hybrid_weigh,
-                                            .pull_back = moit_hybrid_pull_back,
-                                            .by_channel = true,
-                                            .arrival = MOIT_TIES_IN_ORDER,
-                                            .ties = MOIT_TIES_EARLIER,
-                                            .exact_up_to = 1,
-                                            .exact_counts = true,
-                                            .geometry_passes = 2};
+const moit_technique_row moit_hybrid_row = {
+    .name = "hybrid",
+    OPTIONS(COUNT, NORMALIZE, NUMBER("core_alpha", core_alpha)),
+    .thick = MOIT_THICK_MIDDLE,
+    .usual_counts = (const int[]){4, 0},
+    .least_count = 1,
+    .most_count = MOIT_MOST_LAYERS,
+    .weigh = hybrid_weigh,
+    .pull_back = moit_hybrid_pull_back,
+    .by_channel = true,
+    .arrival = MOIT_TIES_IN_ORDER,
+    .ties = MOIT_TIES_EARLIER,
+    .exact_up_to = 1,
+    .exact_counts = true,
+    .geometry_passes = 2};

@@ -3,6 +3,7 @@
  * (blocks.h). */
 #include "core/techniques/moment_transparency.h"
 
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <assert.h>
@@ -33,7 +34,7 @@ static own own_of(const moit_job *job, char *memory, int fragments, int pixels, 
     return o;
 }
 
-size_t moit_mt_scratch(const moit_job *job, int fragments, int pixels) {
+static size_t mt_scratch(const moit_job *job, int fragments, int pixels) {
     size_t bytes;
     own_of(job, NULL, fragments, pixels, &bytes);
     return bytes;
@@ -64,6 +65,13 @@ static const void *read_pass(const moit_job *job, moit_tile *tile, int pass) {
     }
     moit_mt_read(&reader, tile->pixels, b, tile->double_b, tile->rules);
     return b0;
+}
+
+moit_mt_kept moit_mt_kept_of(const moit_job *job, const moit_tile *tile, int pass) {
+    own o = room_of(job, tile);
+    if (job->technique->transparency.storage != MOIT_STORAGE_FLOAT && !job->blocks)
+        return (moit_mt_kept){o.held_b0[pass], o.held_b[pass]};
+    return pass ? (moit_mt_kept){o.second_b0, o.second_b} : (moit_mt_kept){tile->b0, tile->b};
 }
 
 static void sum_in_double(const moit_job *job, const moit_tile *tile, const double *a,
@@ -150,7 +158,7 @@ static void reconstruct(const moit_job *job, moit_tile *tile, const int32_t *off
     job->stages->second_pass(tile->pixels, offsets, held ? o.held_b0[0] : tile->b0, b0, T);
 }
 
-bool moit_mt_fits(const moit_technique *technique) {
+static bool mt_fits(const moit_technique *technique) {
     bool interpolates = technique->resolution > 1;
     bool of_the_pixel = technique->transparency.storage == MOIT_STORAGE_NONLINEAR
                         || technique->moments.exclude_self || technique->full_total;
@@ -158,13 +166,13 @@ bool moit_mt_fits(const moit_technique *technique) {
            && !(interpolates && of_the_pixel);
 }
 
-void moit_mt_weigh(const moit_job *job, moit_tile *tile) {
+static void mt_weigh(const moit_job *job, moit_tile *tile) {
     gather(job, tile);
     reconstruct(job, tile, tile->offsets, tile->z, true, tile->T);
     moit_total_product(job, tile);
 }
 
-void moit_mt_curve(const moit_job *job, moit_tile *tile) {
+static void mt_curve(const moit_job *job, moit_tile *tile) {
     gather(job, tile);
     moit_moments_warp_curve(job, tile);
     reconstruct(job, tile, tile->curve_offsets, tile->curve_z, false, tile->curve);
@@ -172,13 +180,13 @@ void moit_mt_curve(const moit_job *job, moit_tile *tile) {
 }
 
 /* What two passes reconstruct is not asked for by its absorbance. */
-bool moit_mt_absorbs(const moit_technique *technique) {
+static bool mt_absorbs(const moit_technique *technique) {
     return technique->transparency.passes != 2;
 }
 
 /* Totals are gathered as they are, and stored in half floats. Sums that are rounded to these at
  * every fragment, as other techniques have them, stop growing before. */
-bool moit_mt_overflows(const moit_job *job, const moit_tile *tile, int p) {
+static bool mt_overflows(const moit_job *job, const moit_tile *tile, int p) {
     return job->technique->transparency.storage != MOIT_STORAGE_FLOAT && !job->blocks
            && moit_number(job->fragments->precision, tile->b0, p) >= MOIT_MOST_HALF;
 }
@@ -276,26 +284,31 @@ void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise
     if (twice) stages->second_pass(pixels, offsets, b0[0], b0[1], T);
 }
 
-const moit_technique_row moit_moment_transparency_row = {.name = "moment-transparency",
-                                                         .thick = MOIT_THICK_MIDDLE,
-                                                         .usual_counts = (const int[]){4, 0},
-                                                         .least_count = 4,
-                                                         .most_count = 4,
-                                                         .fits = moit_mt_fits,
-                                                         .weigh = moit_mt_weigh,
-                                                         .pull_back = moit_moments_pull_back,
-                                                         .refusal = moit_moments_refusal,
-                                                         .overflows = moit_mt_overflows,
-                                                         .total = moit_total_product,
-                                                         .curve = moit_mt_curve,
-                                                         .bounds = moit_power_bounds,
-                                                         .blocks = &moit_mt_blocks,
-                                                         .scratch = moit_mt_scratch,
-                                                         .moments = &moit_mt_moments,
-                                                         .unit_range = {0.0, 1.0},
-                                                         .uses_warp = true,
-                                                         .scales_alpha = true,
-                                                         .reconstructs = true,
-                                                         .absorbs = moit_mt_absorbs,
-                                                         .takes_points = true,
-                                                         .geometry_passes = 2};
+const moit_technique_row moit_moment_transparency_row = {
+    .name = "moment-transparency",
+    OPTIONS(COUNT, WARPED, RESOLUTION(INT_MAX), READ_MOMENTS,
+            WHOLE("passes", transparency.passes, 1, 2),
+            WHOLE("storage", transparency.storage, 0, MOIT_STORAGE_UNORM16),
+            TRUTH("average", transparency.average), TRUTH("symmetric", transparency.symmetric)),
+    .thick = MOIT_THICK_MIDDLE,
+    .usual_counts = (const int[]){4, 0},
+    .least_count = 4,
+    .most_count = 4,
+    .fits = mt_fits,
+    .weigh = mt_weigh,
+    .pull_back = moit_moments_pull_back,
+    .refusal = moit_moments_refusal,
+    .overflows = mt_overflows,
+    .total = moit_total_product,
+    .curve = mt_curve,
+    .bounds = moit_power_bounds,
+    .blocks = &moit_mt_blocks,
+    .scratch = mt_scratch,
+    .moments = &moit_mt_moments,
+    .unit_range = {0.0, 1.0},
+    .uses_warp = true,
+    .scales_alpha = true,
+    .reconstructs = true,
+    .absorbs = mt_absorbs,
+    .takes_points = true,
+    .geometry_passes = 2};

@@ -19,4 +19,12 @@ void moit_mt_hold(const moit_mt_reader *reader, int pixels, void *b0, void *b);
 void moit_mt_read(const moit_mt_reader *reader, int pixels, const void *b, double *double_b,
                   double *rules);
 
+/* Totals (pixels) and moments (pixels, 4) of one pass as the storage keeps them, once they are
+ * read. */
+typedef struct moit_mt_kept {
+    const void *b0, *b;
+} moit_mt_kept;
+
+moit_mt_kept moit_mt_kept_of(const moit_job *job, const moit_tile *tile, int pass);
+
 #endif

@@ -1,5 +1,6 @@
 /* The two passes of moment techniques on a tile, for any family of moments. */
 #include "core/techniques/moments.h"
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -220,7 +221,7 @@ void moit_moments_place_curve(const moit_job *job, moit_tile *tile) {
                                        + (size_t)tile->curve_offsets[p] * job->scalar);
 }
 
-void moit_moments_curve(const moit_job *job, moit_tile *tile) {
+static void moments_curve(const moit_job *job, moit_tile *tile) {
     moit_moments_gather(job, tile);
     moit_moments_read_tile(job, tile);
     moit_moments_place_curve(job, tile);
@@ -230,6 +231,7 @@ void moit_moments_curve(const moit_job *job, moit_tile *tile) {
 }
 
 const moit_technique_row moit_power_row = {.name = "power",
+                                           OPTIONS(STORED_MOMENTS, HALVES),
                                            .thick = MOIT_THICK_MOMENTS,
                                            .usual_counts = (const int[]){2, 4, 6, 8, 0},
                                            .least_count = 2,
@@ -238,8 +240,8 @@ const moit_technique_row moit_power_row = {.name = "power",
                                            .weigh = moit_moments_weigh,
                                            .pull_back = moit_moments_pull_back,
                                            .weigh_again = moit_moments_weigh_again,
-                                           .refusal = moit_moments_refusal,
-                                           .curve = moit_moments_curve,
+                                           .refusal = moit_block_moments_refusal,
+                                           .curve = moments_curve,
                                            .bounds = moit_power_bounds,
                                            .scratch = moit_moments_scratch,
                                            .moments = &moit_power_moments,
@@ -252,6 +254,7 @@ const moit_technique_row moit_power_row = {.name = "power",
                                            .geometry_passes = 2};
 
 const moit_technique_row moit_trig_row = {.name = "trig",
+                                          OPTIONS(STORED_MOMENTS, WRAPPING_ZONE),
                                           .thick = MOIT_THICK_WAVES,
                                           .usual_counts = (const int[]){2, 3, 4, 0},
                                           .least_count = 2,
@@ -259,8 +262,8 @@ const moit_technique_row moit_trig_row = {.name = "trig",
                                           .fits = moit_wrapping_zone_fits,
                                           .weigh = moit_moments_weigh,
                                           .pull_back = moit_moments_pull_back,
-                                          .refusal = moit_moments_refusal,
-                                          .curve = moit_moments_curve,
+                                          .refusal = moit_block_moments_refusal,
+                                          .curve = moments_curve,
                                           .scratch = moit_moments_scratch,
                                           .moments = &moit_trigonometric_moments,
                                           .blocks = &moit_moment_blocks,

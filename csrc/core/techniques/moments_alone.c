@@ -1,9 +1,9 @@
 /* Moments by themselves: pass 2 for arrays of a caller. */
+#include "core/system.h"
 #include "core/techniques/moments.h"
 #include "core/techniques/table.h"
 #include "core/threads.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 enum { BLOCK_POINTS = 8192, BLOCK_PIXELS = 256 };
@@ -23,8 +23,6 @@ typedef struct {
     moit_wrapping_zone zone;
 } moments_job;
 
-static size_t rounded_up(size_t bytes) { return (bytes + 63) / 64 * 64; }
-
 /* Copies a block's z to padded scratch and its T from there: the arrays of a caller end where they
  * end. */
 static moit_status answer_block(void *context, int64_t item, int thread) {
@@ -37,8 +35,9 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
     int64_t points = (int64_t)pixels * job->depths, room = (int64_t)job->block_pixels * job->depths;
 
     char *memory = job->memory + (size_t)thread * job->part;
-    char *z = memory, *T = z + rounded_up((size_t)(room + MOIT_PADDING) * job->scalar);
-    double *double_b = (double *)(T + rounded_up((size_t)(room + MOIT_PADDING) * job->scalar));
+    char *z = memory, *T = z + moit_aligned_size((size_t)(room + MOIT_PADDING) * job->scalar);
+    double *double_b =
+        (double *)(T + moit_aligned_size((size_t)(room + MOIT_PADDING) * job->scalar));
     double *rules = double_b + (int64_t)job->block_pixels * MOIT_MOST_NUMBERS;
     int32_t *offsets = (int32_t *)(rules + (int64_t)job->block_pixels * MOIT_MOST_RULE);
 
@@ -84,16 +83,16 @@ static moit_status answer(const moit_technique *technique, moit_precision precis
     int64_t fit = BLOCK_POINTS / depths;
     job.block_pixels = (int)(fit < 1 ? 1 : fit > BLOCK_PIXELS ? BLOCK_PIXELS : fit);
     size_t points = (size_t)job.block_pixels * (size_t)depths + MOIT_PADDING;
-    job.part = 2 * rounded_up(points * job.scalar)
-               + rounded_up((size_t)job.block_pixels * (MOIT_MOST_NUMBERS + MOIT_MOST_RULE)
-                                * sizeof(double)
-                            + (size_t)(job.block_pixels + 1) * sizeof(int32_t));
+    job.part = 2 * moit_aligned_size(points * job.scalar)
+               + moit_aligned_size((size_t)job.block_pixels * (MOIT_MOST_NUMBERS + MOIT_MOST_RULE)
+                                       * sizeof(double)
+                                   + (size_t)(job.block_pixels + 1) * sizeof(int32_t));
     int64_t blocks = (pixels + job.block_pixels - 1) / job.block_pixels;
     int64_t threads = run->threads < blocks ? run->threads : blocks;
-    job.memory = aligned_alloc(64, job.part * (size_t)threads);
+    job.memory = moit_aligned_memory(job.part * (size_t)threads);
     if (!job.memory) return MOIT_NO_MEMORY;
     moit_status status = moit_parallel_for(run, blocks, answer_block, &job);
-    free(job.memory);
+    moit_free_aligned(job.memory);
     return status;
 }
 

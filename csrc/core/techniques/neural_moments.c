@@ -1,21 +1,22 @@
 /* Neural moment transparency: four power moments, the count and the extent of a pixel's fragments,
  * and a network that reads transmittance off them (kernels/neural_moments.h). */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 enum { MOMENTS = 4, FEATURES = 7, FIRST = 32, SECOND = 16 };
 
-int moit_neural_weights(const moit_technique *technique) {
+static int neural_weights(const moit_technique *technique) {
     (void)technique;
     return FIRST * (FEATURES + 1) + SECOND * (FIRST + 1) + SECOND + 1;
 }
 
-int moit_neural_columns(const moit_technique *technique) {
+static int neural_columns(const moit_technique *technique) {
     (void)technique;
     return FEATURES;
 }
 
 /* Rays of pixels, depths as moments have them, and what the network sees of fragments. */
-size_t moit_neural_scratch(const moit_job *job, int fragments, int pixels) {
+static size_t neural_scratch(const moit_job *job, int fragments, int pixels) {
     size_t rays = (size_t)pixels * MOIT_NEURAL_RAY;
     return (rays + (size_t)fragments * (1 + FEATURES)) * job->scalar;
 }
@@ -54,14 +55,14 @@ static void gather(const moit_job *job, moit_tile *tile) {
     job->precise->decay(tile->pixels, tile->double_b0, tile->total);
 }
 
-void moit_neural_weigh(const moit_job *job, moit_tile *tile) {
+static void neural_weigh(const moit_job *job, moit_tile *tile) {
     gather(job, tile);
     job->stages->neural_transmittance(job->technique->neural.range_in_words,
                                       job->technique->neural.network, tile->pixels, tile->offsets,
                                       tile->z, held_of(job, tile).rays, tile->b, tile->T);
 }
 
-void moit_neural_curve(const moit_job *job, moit_tile *tile) {
+static void neural_curve(const moit_job *job, moit_tile *tile) {
     gather(job, tile);
     moit_moments_warp_curve(job, tile);
     job->stages->neural_transmittance(
@@ -69,20 +70,23 @@ void moit_neural_curve(const moit_job *job, moit_tile *tile) {
         tile->curve_offsets, tile->curve_z, held_of(job, tile).rays, tile->b, tile->curve);
 }
 
-void moit_neural_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features) {
+static void fill_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features) {
     gather(job, tile);
     job->stages->neural_features(job->technique->neural.range_in_words, tile->pixels, tile->offsets,
                                  tile->z, held_of(job, tile).rays, tile->b, stride, features);
 }
 
 const moit_technique_row moit_neural_row = {.name = "neural",
-                                            .weigh = moit_neural_weigh,
+                                            OPTIONS(WARP, MAX_ALPHA, NORMALIZE,
+                                                    TRUTH("range_in_words", neural.range_in_words),
+                                                    NETWORK(neural.network)),
+                                            .weigh = neural_weigh,
                                             .pull_back = moit_neural_pull_back,
-                                            .curve = moit_neural_curve,
-                                            .scratch = moit_neural_scratch,
-                                            .weights = moit_neural_weights,
-                                            .columns = moit_neural_columns,
-                                            .features = moit_neural_features,
+                                            .curve = neural_curve,
+                                            .scratch = neural_scratch,
+                                            .weights = neural_weights,
+                                            .columns = neural_columns,
+                                            .features = fill_features,
                                             .unit_range = {-1.0, 1.0},
                                             .uses_warp = true,
                                             .reconstructs = true,

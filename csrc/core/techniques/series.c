@@ -1,13 +1,14 @@
 /* Techniques that hold a function of depth as a short series: Fourier opacity maps and
  * transmittance function maps (kernels/fourier_opacity.h, kernels/transmittance_function.h). A
  * pixel's coefficients lie in the tile's own room. */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
 
 enum { HALF_BITS = 16 };
 
-size_t moit_series_scratch(const moit_job *job, int fragments, int pixels) {
+static size_t series_scratch(const moit_job *job, int fragments, int pixels) {
     (void)fragments;
     return (size_t)pixels * (size_t)job->technique->count * job->scalar;
 }
@@ -57,7 +58,7 @@ const moit_block_family moit_fourier_blocks = {.gather = gather_own,
                                                .total = total_weights,
                                                .hold = moit_hold_halves};
 
-void moit_fourier_weigh(const moit_job *job, moit_tile *tile) {
+static void fourier_weigh(const moit_job *job, moit_tile *tile) {
     moit_fourier_gather(job, tile);
     job->stages->fourier_transmittance(job->technique->count, tile->pixels, tile->offsets, tile->z,
                                        job->technique->series.exclude_self ? tile->absorbance
@@ -65,7 +66,7 @@ void moit_fourier_weigh(const moit_job *job, moit_tile *tile) {
                                        tile->own, tile->absorbed, tile->T);
 }
 
-void moit_fourier_curve(const moit_job *job, moit_tile *tile) {
+static void fourier_curve(const moit_job *job, moit_tile *tile) {
     moit_fourier_gather(job, tile);
     moit_moments_warp_curve(job, tile);
     job->stages->fourier_transmittance(job->technique->count, tile->pixels, tile->curve_offsets,
@@ -87,8 +88,8 @@ static void gather_function(const moit_job *job, moit_tile *tile) {
  * and last all of it. Behind the coefficients in the tile's own room. */
 static int taken_of(const moit_technique *technique) { return technique->count + 1; }
 
-size_t moit_function_map_scratch(const moit_job *job, int fragments, int pixels) {
-    size_t coefficients = moit_series_scratch(job, fragments, pixels);
+static size_t function_map_scratch(const moit_job *job, int fragments, int pixels) {
+    size_t coefficients = series_scratch(job, fragments, pixels);
     if (job->technique->resolution < 2) return coefficients;
     return coefficients + (size_t)pixels * (size_t)taken_of(job->technique) * job->scalar;
 }
@@ -146,14 +147,14 @@ static const double *read_function(const moit_job *job, moit_tile *tile) {
     return tile->double_b0;
 }
 
-void moit_function_map_weigh(const moit_job *job, moit_tile *tile) {
+static void function_map_weigh(const moit_job *job, moit_tile *tile) {
     const double *total = read_function(job, tile);
     job->stages->function_transmittance(job->technique->count, tile->pixels, tile->offsets, tile->z,
                                         job->technique->series.exclude_self ? tile->alpha : NULL,
                                         job->max_alpha, tile->own, total, tile->T);
 }
 
-void moit_function_map_curve(const moit_job *job, moit_tile *tile) {
+static void function_map_curve(const moit_job *job, moit_tile *tile) {
     const double *total = read_function(job, tile);
     moit_moments_warp_curve(job, tile);
     job->stages->function_transmittance(job->technique->count, tile->pixels, tile->curve_offsets,
@@ -162,16 +163,17 @@ void moit_function_map_curve(const moit_job *job, moit_tile *tile) {
 }
 
 const moit_technique_row moit_fourier_row = {.name = "fourier",
+                                             OPTIONS(SERIES),
                                              .thick = MOIT_THICK_WAVES,
                                              .usual_counts = (const int[]){7, 15, 0},
                                              .least_count = 3,
                                              .most_count = 31,
-                                             .weigh = moit_fourier_weigh,
+                                             .weigh = fourier_weigh,
                                              .pull_back = moit_fourier_pull_back,
                                              .refusal = moit_series_refusal,
-                                             .curve = moit_fourier_curve,
+                                             .curve = fourier_curve,
                                              .blocks = &moit_fourier_blocks,
-                                             .scratch = moit_series_scratch,
+                                             .scratch = series_scratch,
                                              .unit_range = {0.0, 1.0},
                                              .uses_warp = true,
                                              .reconstructs = true,
@@ -181,15 +183,16 @@ const moit_technique_row moit_fourier_row = {.name = "fourier",
 
 const moit_technique_row moit_transmittance_function_map_row = {
     .name = "transmittance-function-map",
+    OPTIONS(SERIES),
     .usual_counts = (const int[]){8, 0},
     .least_count = 1,
     .most_count = 32,
-    .weigh = moit_function_map_weigh,
+    .weigh = function_map_weigh,
     .pull_back = moit_function_map_pull_back,
     .refusal = moit_series_refusal,
-    .curve = moit_function_map_curve,
+    .curve = function_map_curve,
     .blocks = &moit_function_map_blocks,
-    .scratch = moit_function_map_scratch,
+    .scratch = function_map_scratch,
     .unit_range = {0.0, 1.0},
     .uses_warp = true,
     .reconstructs = true,

@@ -16,8 +16,7 @@
 
 enum { MOMENTS = 4 };
 
-/* The same fragments as a job of four power moments. */
-static moit_job job_of_moments(const moit_job *job, moit_technique *moments) {
+moit_job moit_slices_job_of_moments(const moit_job *job, moit_technique *moments) {
     *moments = (moit_technique){
         .kind = MOIT_POWER_MOMENTS,
         .count = MOMENTS,
@@ -36,7 +35,7 @@ static moit_job job_of_moments(const moit_job *job, moit_technique *moments) {
 
 void moit_slices_moment_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     moit_technique moments;
-    moit_job of = job_of_moments(job, &moments);
+    moit_job of = moit_slices_job_of_moments(job, &moments);
     moit_power_bounds(&of, tile, lower, upper);
 }
 
@@ -104,7 +103,7 @@ void moit_slices_stand(const moit_job *job, moit_tile *tile, const moit_slice_ro
     const int32_t *offsets = moit_slice_offsets(job, tile);
     moit_precision precision = job->fragments->precision;
     moit_technique moments;
-    moit_job of = job_of_moments(job, &moments);
+    moit_job of = moit_slices_job_of_moments(job, &moments);
     int n = offsets[tile->pixels];
     memcpy(places->at_least, tile->points[1], (size_t)n * sizeof(double));
     memcpy(places->at_most, tile->points[2], (size_t)n * sizeof(double));

@@ -3,6 +3,7 @@
 #include "core/elementary.h"
 #include "core/techniques/slices.h"
 
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <math.h>
@@ -42,28 +43,33 @@ static void answer(const moit_job *job, moit_tile *tile, void *T) {
     moit_total_product(job, tile);
 }
 
-void moit_slices_weigh(const moit_job *job, moit_tile *tile) { answer(job, tile, tile->T); }
+static void slices_weigh(const moit_job *job, moit_tile *tile) { answer(job, tile, tile->T); }
 
-void moit_slices_curve(const moit_job *job, moit_tile *tile) { answer(job, tile, tile->curve); }
+static void slices_curve(const moit_job *job, moit_tile *tile) { answer(job, tile, tile->curve); }
 
-const moit_technique_row moit_slices_row = {.name = "slices",
-                                            .thick = MOIT_THICK_CELLS,
-                                            .usual_counts = (const int[]){64, 0},
-                                            .least_count = 2,
-                                            .most_count = 256,
-                                            .fits = moit_slices_fit,
-                                            .weigh = moit_slices_weigh,
-                                            .pull_back = moit_slices_pull_back,
-                                            .refusal = moit_slices_refusal,
-                                            .total = moit_total_product,
-                                            .curve = moit_slices_curve,
-                                            .bounds = moit_slices_bounds,
-                                            .prepare = moit_slices_prepare,
-                                            .release = moit_slices_release,
-                                            .scratch = moit_slices_scratch,
-                                            .unit_range = {0.0, 1.0},
-                                            .uses_warp = true,
-                                            .reconstructs = true,
-                                            .absorbs = moit_absorbs,
-                                            .takes_points = true,
-                                            .geometry_passes = 3};
+const moit_technique_row moit_slices_row = {
+    .name = "slices",
+    OPTIONS(SLICES, TOTALS_OF_BLOCKS, TRUTH("half_total", slices.half_total),
+            TRUTH("byte_total", slices.byte_total),
+            WHOLE("table", slices.table, 0, MOIT_TABLE_PIXEL), WHOLE("tile", slices.tile, 1, 1024),
+            TRUTH("inside", slices.inside)),
+    .thick = MOIT_THICK_CELLS,
+    .usual_counts = (const int[]){64, 0},
+    .least_count = 2,
+    .most_count = 256,
+    .fits = moit_slices_fit,
+    .weigh = slices_weigh,
+    .pull_back = moit_slices_pull_back,
+    .refusal = moit_slices_refusal,
+    .total = moit_total_product,
+    .curve = slices_curve,
+    .bounds = moit_slices_bounds,
+    .prepare = moit_slices_prepare,
+    .release = moit_slices_release,
+    .scratch = moit_slices_scratch,
+    .unit_range = {0.0, 1.0},
+    .uses_warp = true,
+    .reconstructs = true,
+    .absorbs = moit_absorbs,
+    .takes_points = true,
+    .geometry_passes = 3};

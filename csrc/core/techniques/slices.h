@@ -96,6 +96,9 @@ void moit_slices_own_table(const moit_job *job, const moit_slices *slices, const
 void moit_slices_sum(const moit_job *job, const moit_slices *slices, const moit_tile *tile,
                      const moit_slice_rows *rows, int first, int n, bool all);
 
+/* The same fragments as a job of four power moments. */
+moit_job moit_slices_job_of_moments(const moit_job *job, moit_technique *moments);
+
 /* What four power moments prove, as moit_technique_row.bounds. */
 void moit_slices_moment_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 

@@ -7,7 +7,7 @@ void moit_sorted_weigh(const moit_job *job, moit_tile *tile) {
                                       tile->order, tile->T, tile->total);
 }
 
-void moit_sorted_weigh_and_blend(const moit_job *job, moit_tile *tile) {
+static void sorted_weigh_and_blend(const moit_job *job, moit_tile *tile) {
     if (tile->emission == tile->alpha && tile->color) {
         job->stages->depth_ranks(tile->pixels, tile->offsets, tile->depth, tile->rank, tile->order);
         job->stages->ranked_blend(tile->pixels, tile->offsets, tile->alpha, tile->color, tile->rank,
@@ -28,7 +28,7 @@ static double in_front_of(const moit_job *job, const moit_tile *tile, int p, dou
     return through;
 }
 
-void moit_sorted_curve(const moit_job *job, moit_tile *tile) {
+static void sorted_curve(const moit_job *job, moit_tile *tile) {
     job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
     for (int p = 0; p < tile->pixels; ++p)
         for (int64_t k = 0; k < job->depths; ++k)
@@ -38,7 +38,7 @@ void moit_sorted_curve(const moit_job *job, moit_tile *tile) {
 
 /* All is known but the last digits. Fragments at one depth do not occlude each other in MBOIT's
  * equation 1 and do here, in arrival order: the bounds hold either way. */
-void moit_sorted_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
+static void sorted_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     moit_precision precision = job->fragments->precision;
     job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
     if (job->depths) {
@@ -72,10 +72,10 @@ void moit_sorted_bounds(const moit_job *job, moit_tile *tile, double *lower, dou
 const moit_technique_row moit_sorted_row = {.name = "sorted",
                                             .thick = MOIT_THICK_PIECES,
                                             .weigh = moit_sorted_weigh,
-                                            .weigh_and_blend = moit_sorted_weigh_and_blend,
+                                            .weigh_and_blend = sorted_weigh_and_blend,
                                             .pull_back = moit_sorted_pull_back,
-                                            .curve = moit_sorted_curve,
-                                            .bounds = moit_sorted_bounds,
+                                            .curve = sorted_curve,
+                                            .bounds = sorted_bounds,
                                             .by_channel = true,
                                             .takes_points = true,
                                             .arrival = MOIT_TIES_IN_ORDER,

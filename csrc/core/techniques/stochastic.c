@@ -1,4 +1,5 @@
 /* Stochastic transparency and hashed alpha testing (kernels/stochastic.h has the papers). */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <string.h>
@@ -28,7 +29,7 @@ static size_t table_size(int fragments) {
 
 static size_t aligned(size_t bytes) { return (bytes + 63) / 64 * 64; }
 
-size_t moit_stochastic_scratch(const moit_job *job, int fragments, int pixels) {
+static size_t stochastic_scratch(const moit_job *job, int fragments, int pixels) {
     return 6 * aligned((size_t)fragments * sizeof(uint32_t))
            + aligned(table_size(fragments) * sizeof(counted_key))
            + (size_t)pixels * (size_t)MOIT_SAMPLE_ROW(samples_of(job)) * job->scalar;
@@ -115,14 +116,14 @@ static void set_totals(const moit_job *job, moit_tile *tile, const sampling *s) 
     }
 }
 
-void moit_stochastic_weigh(const moit_job *job, moit_tile *tile) {
+static void stochastic_weigh(const moit_job *job, moit_tile *tile) {
     sampling s = sample_tile(job, tile);
     job->stages->shares_seen(samples_of(job), tile->pixels, tile->offsets, tile->depth, s.nearest,
                              tile->T);
     set_totals(job, tile, &s);
 }
 
-void moit_stochastic_curve(const moit_job *job, moit_tile *tile) {
+static void stochastic_curve(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     sampling s = sample_tile(job, tile);
     int samples = samples_of(job), row = MOIT_SAMPLE_ROW(samples);
@@ -137,7 +138,7 @@ void moit_stochastic_curve(const moit_job *job, moit_tile *tile) {
 }
 
 /* An alpha test: the nearest fragment that passes, the first of equals, is opaque. */
-void moit_hashed_alpha_resolve(const moit_job *job, moit_tile *tile) {
+static void hashed_alpha_resolve(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     sampling s = sample_tile(job, tile);
     set_totals(job, tile, &s);
@@ -155,25 +156,30 @@ void moit_hashed_alpha_resolve(const moit_job *job, moit_tile *tile) {
     }
 }
 
-const moit_technique_row moit_stochastic_row = {.name = "stochastic",
-                                                .usual_counts = (const int[]){8, 0},
-                                                .least_count = 1,
-                                                .most_count = MOIT_MOST_SAMPLES,
-                                                .weigh = moit_stochastic_weigh,
-                                                .pull_back = moit_stochastic_pull_back,
-                                                .total = moit_total_product,
-                                                .curve = moit_stochastic_curve,
-                                                .scratch = moit_stochastic_scratch,
-                                                .is_random = true,
-                                                .reconstructs = true,
-                                                .takes_points = true,
-                                                .geometry_passes = 3};
+#define SEED WHOLE("seed", sampling.seed, 0, INT_MAX)
+
+const moit_technique_row moit_stochastic_row = {
+    .name = "stochastic",
+    OPTIONS(COUNT, NORMALIZE, SEED, TRUTH("stratified", sampling.stratified)),
+    .usual_counts = (const int[]){8, 0},
+    .least_count = 1,
+    .most_count = MOIT_MOST_SAMPLES,
+    .weigh = stochastic_weigh,
+    .pull_back = moit_stochastic_pull_back,
+    .total = moit_total_product,
+    .curve = stochastic_curve,
+    .scratch = stochastic_scratch,
+    .is_random = true,
+    .reconstructs = true,
+    .takes_points = true,
+    .geometry_passes = 3};
 
 const moit_technique_row moit_hashed_alpha_row = {.name = "hashed-alpha",
-                                                  .weigh = moit_stochastic_weigh,
-                                                  .curve = moit_stochastic_curve,
-                                                  .resolve = moit_hashed_alpha_resolve,
-                                                  .scratch = moit_stochastic_scratch,
+                                                  OPTIONS(SEED),
+                                                  .weigh = stochastic_weigh,
+                                                  .curve = stochastic_curve,
+                                                  .resolve = hashed_alpha_resolve,
+                                                  .scratch = stochastic_scratch,
                                                   .is_random = true,
                                                   .takes_points = true,
                                                   .arrival = MOIT_TIES_IN_ORDER,

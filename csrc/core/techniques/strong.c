@@ -1,5 +1,6 @@
 /* Strongest fragments occlude exactly, wherever they lie; all others are held as moments in half
  * floats of the pixel's own extent, between whose bounds a network decides. */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 enum { MOMENTS = 6 };
 
@@ -16,12 +17,12 @@ static moit_technique rest_of(const moit_technique *technique, moit_precision pr
     return rest;
 }
 
-int moit_strong_weights(const moit_technique *technique) {
+static int strong_weights(const moit_technique *technique) {
     moit_technique rest = rest_of(technique, MOIT_FLOAT64);
     return moit_bounded_weights(&rest);
 }
 
-int moit_strong_columns(const moit_technique *technique) {
+static int strong_columns(const moit_technique *technique) {
     moit_technique rest = rest_of(technique, MOIT_FLOAT64);
     return moit_bounded_columns(&rest);
 }
@@ -31,8 +32,8 @@ static int numbers_of(const moit_technique *technique) {
 }
 
 /* Features, words of fragments, numbers of pixels, keys. */
-size_t moit_strong_scratch(const moit_job *job, int fragments, int pixels) {
-    size_t rows = (size_t)moit_strong_columns(job->technique) + 1;
+static size_t strong_scratch(const moit_job *job, int fragments, int pixels) {
+    size_t rows = (size_t)strong_columns(job->technique) + 1;
     size_t numbers = (size_t)pixels * (size_t)numbers_of(job->technique);
     return (rows * (size_t)fragments + numbers) * job->scalar + 16
            + moit_bytes_of_keys(job->technique->strong.large_keys, fragments);
@@ -49,7 +50,7 @@ typedef struct {
 static held held_of(const moit_job *job, const moit_tile *tile) {
     const moit_technique *technique = job->technique;
     size_t row = ((size_t)tile->fragments + MOIT_PADDING) * job->scalar;
-    held to = {.word = tile->own + (size_t)moit_strong_columns(technique) * row};
+    held to = {.word = tile->own + (size_t)strong_columns(technique) * row};
     to.numbers = to.word + row;
     size_t bytes = (size_t)tile->pixels * (size_t)numbers_of(technique) * job->scalar;
     size_t before = (size_t)(to.numbers - (char *)tile->own) + bytes;
@@ -140,7 +141,7 @@ static void add_kept(const moit_job *job, const moit_tile *tile, const held *by,
                                   out);
 }
 
-void moit_strong_weigh(const moit_job *job, moit_tile *tile) {
+static void strong_weigh(const moit_job *job, moit_tile *tile) {
     held by = gather(job, tile);
     job->stages->bounded_transmittance(MOMENTS, tile->pixels, tile->offsets, tile->z,
                                        tile->absorbance, tile->rules, by.outlines, tile->b0,
@@ -149,7 +150,7 @@ void moit_strong_weigh(const moit_job *job, moit_tile *tile) {
     if (!tile->absorbed) job->stages->decay(tile->fragments, tile->T, tile->T);
 }
 
-void moit_strong_curve(const moit_job *job, moit_tile *tile) {
+static void strong_curve(const moit_job *job, moit_tile *tile) {
     held by = gather(job, tile);
     int points = tile->curve_offsets[tile->pixels];
     void *word = tile->points[0];
@@ -168,9 +169,9 @@ void moit_strong_curve(const moit_job *job, moit_tile *tile) {
 }
 
 /* As the rest's, with what is kept in what must be in front. */
-void moit_strong_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features) {
+static void strong_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features) {
     held by = gather(job, tile);
-    int columns = moit_strong_columns(job->technique);
+    int columns = strong_columns(job->technique);
     job->stages->bounded_features(MOMENTS, tile->pixels, tile->offsets, tile->z, tile->absorbance,
                                   tile->rules, by.outlines, tile->b0,
                                   job->technique->strong.network, stride, features);
@@ -179,15 +180,18 @@ void moit_strong_features(const moit_job *job, moit_tile *tile, int64_t stride, 
 }
 
 const moit_technique_row moit_strong_row = {.name = "strong",
+                                            OPTIONS(COUNT, WARPED, NUMBER("gamma", strong.gamma),
+                                                    TRUTH("large_keys", strong.large_keys),
+                                                    NETWORK(strong.network)),
                                             .usual_counts = (const int[]){5, 0},
                                             .least_count = 1,
                                             .most_count = MOST_KEPT,
-                                            .weigh = moit_strong_weigh,
-                                            .curve = moit_strong_curve,
-                                            .scratch = moit_strong_scratch,
-                                            .weights = moit_strong_weights,
-                                            .columns = moit_strong_columns,
-                                            .features = moit_strong_features,
+                                            .weigh = strong_weigh,
+                                            .curve = strong_curve,
+                                            .scratch = strong_scratch,
+                                            .weights = strong_weights,
+                                            .columns = strong_columns,
+                                            .features = strong_features,
                                             .unit_range = {-1.0, 1.0},
                                             .uses_warp = true,
                                             .reconstructs = true,

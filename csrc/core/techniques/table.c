@@ -15,6 +15,12 @@ const moit_technique_row *const moit_technique_rows[MOIT_KIND_COUNT] = {
 
 const char *moit_kind_name(moit_kind kind) { return moit_technique_rows[kind]->name; }
 
+const moit_option *moit_options_of(moit_kind kind) {
+    static const moit_option none[] = {{.name = NULL}};
+    const moit_option *options = moit_technique_rows[kind]->options;
+    return options ? options : none;
+}
+
 const int *moit_usual_counts(moit_kind kind) {
     static const int none[] = {0};
     const int *counts = moit_technique_rows[kind]->usual_counts;

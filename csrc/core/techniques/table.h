@@ -10,6 +10,7 @@
 
 typedef struct moit_technique_row {
     const char *name;            /* as its dataclass spells `kind` */
+    const moit_option *options;  /* techniques/options.h; NULL: there are none */
     const int *usual_counts;     /* ended by 0; NULL: there is no count */
     int least_count, most_count; /* what loops and scratch are made for */
     /* Whether it can do with other fields than the count; NULL: always. */
@@ -88,13 +89,6 @@ typedef struct moit_technique_row {
 #define MOIT_MOST_HALF 65504.0
 
 bool moit_absorbs(const moit_technique *technique); /* it always does */
-bool moit_mt_absorbs(const moit_technique *technique);
-
-bool moit_weighted_blended_overflows(const moit_job *job, const moit_tile *tile, int p);
-bool moit_mt_overflows(const moit_job *job, const moit_tile *tile, int p);
-bool moit_mlab_fits(const moit_technique *technique);
-bool moit_mlab_overflows(const moit_job *job, const moit_tile *tile, int p);
-bool moit_deep_overflows(const moit_job *job, const moit_tile *tile, int p);
 
 /* What depth is warped to. */
 const double *moit_unit_range(const moit_technique *technique);
@@ -123,15 +117,10 @@ extern const moit_technique_row *const moit_technique_rows[MOIT_KIND_COUNT];
 
 /* moments.c: of any family */
 void moit_moments_weigh(const moit_job *job, moit_tile *tile);
-void moit_moments_curve(const moit_job *job, moit_tile *tile);
 extern const moit_block_family moit_moment_blocks, moit_mt_blocks, moit_fourier_blocks,
     moit_function_map_blocks, moit_haar_blocks;
 
 /* moment_transparency.c */
-bool moit_mt_fits(const moit_technique *technique);
-void moit_mt_weigh(const moit_job *job, moit_tile *tile);
-void moit_mt_curve(const moit_job *job, moit_tile *tile);
-size_t moit_mt_scratch(const moit_job *job, int fragments, int pixels);
 void moit_mt_state(const moit_job *job, moit_tile *tile);
 void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise,
                            moit_precision precision, const moit_technique *technique, double bias,
@@ -146,10 +135,6 @@ double *moit_bounded_read(const moit_job *job, moit_tile *tile);
 /* Those that it has left behind the rules. */
 const double *moit_bounded_outlines(const moit_job *job, const moit_tile *tile);
 void moit_bounded_weigh(const moit_job *job, moit_tile *tile);
-void moit_bounded_curve(const moit_job *job, moit_tile *tile);
-void moit_bounded_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
-void moit_bounded_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features);
-size_t moit_bounded_scratch(const moit_job *job, int fragments, int pixels);
 void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *precise,
                                 moit_precision precision, const moit_technique *technique,
                                 double bias, int pixels, const int32_t *offsets, const void *b0,
@@ -157,8 +142,6 @@ void moit_bounded_transmittance(const moit_stages *stages, const moit_stages *pr
                                 void *T);
 
 /* front.c */
-bool moit_front_fits(const moit_technique *technique);
-int moit_front_weights(const moit_technique *technique);
 /* The technique that reads the tail: the options of both begin alike. */
 moit_technique moit_front_tail(const moit_technique *technique);
 void moit_front_see(const moit_job *job, const moit_tile *tile, double *T);
@@ -171,32 +154,15 @@ typedef struct moit_tail_bias {
     double bias, by_all, by_rest;
 } moit_tail_bias;
 moit_tail_bias moit_front_bias(const moit_job *job, int p, const moit_tile *tile);
-void moit_front_weigh(const moit_job *job, moit_tile *tile);
-void moit_front_curve(const moit_job *job, moit_tile *tile);
-void moit_front_blend(const moit_job *job, moit_tile *tile);
-void moit_front_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 void moit_front_round_depth(moit_precision precision, int n, const void *z, void *out);
-size_t moit_front_scratch(const moit_job *job, int fragments, int pixels);
 
 /* neural_moments.c */
 /* Rays (pixels, MOIT_NEURAL_RAY) that it has left: nearest and farthest z, count and total. */
 const char *moit_neural_rays(const moit_job *job, const moit_tile *tile);
-int moit_neural_weights(const moit_technique *technique);
-int moit_neural_columns(const moit_technique *technique);
-void moit_neural_weigh(const moit_job *job, moit_tile *tile);
-void moit_neural_curve(const moit_job *job, moit_tile *tile);
-void moit_neural_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features);
-size_t moit_neural_scratch(const moit_job *job, int fragments, int pixels);
 
 /* deep_fragments.c */
 /* Rays (pixels, MOIT_DEEP_RAY) that it has left. */
 const char *moit_deep_rays(const moit_job *job, const moit_tile *tile);
-int moit_deep_weights(const moit_technique *technique);
-int moit_deep_columns(const moit_technique *technique);
-void moit_deep_weigh(const moit_job *job, moit_tile *tile);
-void moit_deep_resolve(const moit_job *job, moit_tile *tile);
-void moit_deep_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features);
-size_t moit_deep_scratch(const moit_job *job, int fragments, int pixels);
 
 /* power_bounds.c */
 double moit_bias_of_bounds(moit_precision precision, int count);
@@ -212,75 +178,26 @@ void moit_power_shares(const moit_job *job, moit_tile *tile, const double *z, do
 /* Numbers of blocks as half floats, where the technique's are; as moit_block_family.hold. */
 void moit_hold_halves(const moit_job *job, int blocks, const moit_state *state);
 void moit_fourier_gather(const moit_job *job, moit_tile *tile); /* coefficients into tile->own */
-void moit_fourier_weigh(const moit_job *job, moit_tile *tile);
-void moit_fourier_curve(const moit_job *job, moit_tile *tile);
-void moit_function_map_weigh(const moit_job *job, moit_tile *tile);
-void moit_function_map_curve(const moit_job *job, moit_tile *tile);
-size_t moit_series_scratch(const moit_job *job, int fragments, int pixels);
-size_t moit_function_map_scratch(const moit_job *job, int fragments, int pixels);
 
-/* deep_shadow_maps.c */
-size_t moit_deep_shadow_scratch(const moit_job *job, int fragments, int pixels);
-void moit_deep_shadow_weigh(const moit_job *job, moit_tile *tile);
-void moit_deep_shadow_curve(const moit_job *job, moit_tile *tile);
-
-/* haar_wavelets.c */
-size_t moit_haar_scratch(const moit_job *job, int fragments, int pixels);
-void moit_haar_weigh(const moit_job *job, moit_tile *tile);
-void moit_haar_curve(const moit_job *job, moit_tile *tile);
 /* layers.c */
-void moit_peeling_weigh(const moit_job *job, moit_tile *tile);
-void moit_peeling_curve(const moit_job *job, moit_tile *tile);
 void moit_peeling_see(const moit_job *job, const moit_tile *tile, double *T);
 void moit_peeling_unsee(const moit_job *job, const moit_tile *tile, const struct moit_adjoint *by);
-void moit_peeling_resolve(const moit_job *job, moit_tile *tile);
-void moit_kbuffer_weigh(const moit_job *job, moit_tile *tile);
-void moit_hybrid_weigh(const moit_job *job, moit_tile *tile);
-void moit_adaptive_weigh(const moit_job *job, moit_tile *tile);
-void moit_adaptive_curve(const moit_job *job, moit_tile *tile);
-void moit_mlab_weigh(const moit_job *job, moit_tile *tile);
-void moit_mlab_curve(const moit_job *job, moit_tile *tile);
-void moit_mlab_resolve(const moit_job *job, moit_tile *tile);
-size_t moit_layers_scratch(const moit_job *job, int fragments, int pixels);
 
 /* slices.c */
 bool moit_slices_fit(const moit_technique *technique);
 size_t moit_slices_scratch(const moit_job *job, int fragments, int pixels);
-void moit_slices_weigh(const moit_job *job, moit_tile *tile);
-void moit_slices_curve(const moit_job *job, moit_tile *tile);
 void moit_slices_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
-
-/* avboit.c */
-bool moit_avboit_fits(const moit_technique *technique);
-moit_status moit_avboit_prepare(moit_job *job);
-void moit_avboit_weigh(const moit_job *job, moit_tile *tile);
-void moit_avboit_curve(const moit_job *job, moit_tile *tile);
 
 /* slice_volumes.c */
 moit_status moit_slices_prepare(moit_job *job);
 void moit_slices_release(moit_job *job);
+
 /* anchors.c */
-bool moit_anchors_fit(const moit_technique *technique);
 size_t moit_bytes_of_keys(bool large, int fragments);
 void moit_words_of_keys(const moit_job *job, bool large, int n, void *z);
-size_t moit_anchors_scratch(const moit_job *job, int fragments, int pixels);
-void moit_anchors_weigh(const moit_job *job, moit_tile *tile);
-void moit_anchors_curve(const moit_job *job, moit_tile *tile);
-void moit_anchors_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
-
-/* strong.c */
-int moit_strong_weights(const moit_technique *technique);
-int moit_strong_columns(const moit_technique *technique);
-size_t moit_strong_scratch(const moit_job *job, int fragments, int pixels);
-void moit_strong_weigh(const moit_job *job, moit_tile *tile);
-void moit_strong_curve(const moit_job *job, moit_tile *tile);
-void moit_strong_features(const moit_job *job, moit_tile *tile, int64_t stride, void *features);
 
 /* sorted.c */
 void moit_sorted_weigh(const moit_job *job, moit_tile *tile);
-void moit_sorted_weigh_and_blend(const moit_job *job, moit_tile *tile);
-void moit_sorted_curve(const moit_job *job, moit_tile *tile);
-void moit_sorted_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper);
 
 /* weighted.c */
 double moit_averaged_coverage(double sum, double n); /* of n fragments with this sum of alpha */
@@ -292,21 +209,5 @@ bool moit_multiplies_totals(const moit_technique *technique);
 void moit_weighted_targets(const moit_job *job, moit_tile *tile);
 double moit_target_share(const moit_technique *technique, double weight, double second,
                          double *total);
-void moit_alpha_blend_weigh(const moit_job *job, moit_tile *tile);
-void moit_alpha_blend_weigh_and_blend(const moit_job *job, moit_tile *tile);
-void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile);
-void moit_weighted_sum_weigh_and_blend(const moit_job *job, moit_tile *tile);
-void moit_weighted_average_weigh_and_blend(const moit_job *job, moit_tile *tile);
-void moit_weighted_blended_weigh_and_blend(const moit_job *job, moit_tile *tile);
-void moit_weighted_average_weigh(const moit_job *job, moit_tile *tile);
-void moit_weighted_blended_total(const moit_job *job, moit_tile *tile);
-void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile);
-void moit_weighted_blended_blend(const moit_job *job, moit_tile *tile);
-
-/* stochastic.c */
-size_t moit_stochastic_scratch(const moit_job *job, int fragments, int pixels);
-void moit_stochastic_weigh(const moit_job *job, moit_tile *tile);
-void moit_stochastic_curve(const moit_job *job, moit_tile *tile);
-void moit_hashed_alpha_resolve(const moit_job *job, moit_tile *tile);
 
 #endif

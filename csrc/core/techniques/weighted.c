@@ -1,22 +1,23 @@
 /* Techniques that blend with weights which other fragments of the pixel have no part in. */
+#include "core/techniques/options.h"
 #include "core/techniques/table.h"
 
 #include <float.h>
 #include <math.h>
 
 /* Over, each fragment in front of those that arrived before it. */
-void moit_alpha_blend_weigh(const moit_job *job, moit_tile *tile) {
+static void alpha_blend_weigh(const moit_job *job, moit_tile *tile) {
     job->stages->arrival_transmittance(tile->pixels, tile->offsets, tile->alpha, tile->T,
                                        tile->total);
 }
 
-void moit_alpha_blend_weigh_and_blend(const moit_job *job, moit_tile *tile) {
+static void alpha_blend_weigh_and_blend(const moit_job *job, moit_tile *tile) {
     if (tile->emission == tile->alpha && tile->color) {
         job->stages->arrival_blend(tile->pixels, tile->offsets, tile->alpha, tile->color, tile->T,
                                    tile->total, tile->sums);
         return;
     }
-    moit_alpha_blend_weigh(job, tile);
+    alpha_blend_weigh(job, tile);
     moit_blend(job, tile);
 }
 
@@ -45,7 +46,7 @@ static void find_sum_factors(const moit_job *job, moit_tile *tile, double *facto
     }
 }
 
-void moit_weighted_sum_weigh(const moit_job *job, moit_tile *tile) {
+static void weighted_sum_weigh(const moit_job *job, moit_tile *tile) {
     find_sum_factors(job, tile, tile->sums);
     job->stages->spread(tile->pixels, tile->offsets, tile->sums, NULL, tile->T);
 }
@@ -56,7 +57,7 @@ static void blend_spread(const moit_job *job, moit_tile *tile, const void *weigh
                               tile->emission, tile->color, tile->sums);
 }
 
-void moit_weighted_sum_weigh_and_blend(const moit_job *job, moit_tile *tile) {
+static void weighted_sum_weigh_and_blend(const moit_job *job, moit_tile *tile) {
     find_sum_factors(job, tile, tile->double_b0);
     blend_spread(job, tile, NULL);
 }
@@ -84,18 +85,18 @@ static void find_average_factors(const moit_job *job, moit_tile *tile, double *f
     }
 }
 
-void moit_weighted_average_weigh(const moit_job *job, moit_tile *tile) {
+static void weighted_average_weigh(const moit_job *job, moit_tile *tile) {
     find_average_factors(job, tile, tile->sums);
     job->stages->spread(tile->pixels, tile->offsets, tile->sums, NULL, tile->T);
 }
 
-void moit_weighted_average_weigh_and_blend(const moit_job *job, moit_tile *tile) {
+static void weighted_average_weigh_and_blend(const moit_job *job, moit_tile *tile) {
     find_average_factors(job, tile, tile->double_b0);
     blend_spread(job, tile, NULL);
 }
 
 /* What a pixel lets through: with 16 bits a byte of the revealage target. */
-void moit_weighted_blended_total(const moit_job *job, moit_tile *tile) {
+static void weighted_blended_total(const moit_job *job, moit_tile *tile) {
     (job->technique->weighted.bits == 16 ? job->stages->revealage : job->stages->products)(
         tile->pixels, tile->offsets, tile->alpha, tile->total);
 }
@@ -118,7 +119,7 @@ static void find_blended_factors(const moit_job *job, moit_tile *tile, double *f
     const void *weights = weights_of(job, tile);
     find_weights(job, tile);
     if (job->technique->weighted.bits == 16) {
-        moit_weighted_blended_total(job, tile);
+        weighted_blended_total(job, tile);
         job->stages->accumulation(tile->pixels, tile->offsets, tile->alpha, NULL, weights, NULL,
                                   tile->sums);
         for (int p = 0; p < tile->pixels; ++p) factor[p] = tile->sums[4 * p + 3];
@@ -129,29 +130,13 @@ static void find_blended_factors(const moit_job *job, moit_tile *tile, double *f
     for (int p = 0; p < tile->pixels; ++p) factor[p] = share_of(1.0 - tile->total[p], factor[p]);
 }
 
-void moit_weighted_blended_weigh(const moit_job *job, moit_tile *tile) {
+static void weighted_blended_weigh(const moit_job *job, moit_tile *tile) {
     find_blended_factors(job, tile, tile->sums);
     job->stages->spread(tile->pixels, tile->offsets, tile->sums, weights_of(job, tile), tile->T);
 }
 
-void moit_weighted_blended_weigh_and_blend(const moit_job *job, moit_tile *tile) {
-    if (job->technique->weighted.bits == 16) {
-        moit_weighted_blended_weigh(job, tile);
-        moit_weighted_blended_blend(job, tile);
-        return;
-    }
-    if (tile->emission == tile->alpha && tile->color) {
-        find_weights(job, tile);
-        job->stages->covered_blend(tile->pixels, tile->offsets, tile->alpha, weights_of(job, tile),
-                                   tile->color, tile->T, tile->total, tile->sums);
-        return;
-    }
-    find_blended_factors(job, tile, tile->double_b0);
-    blend_spread(job, tile, weights_of(job, tile));
-}
-
 /* With 16 bits the sums are those of the accumulation target. */
-void moit_weighted_blended_blend(const moit_job *job, moit_tile *tile) {
+static void weighted_blended_blend(const moit_job *job, moit_tile *tile) {
     if (job->technique->weighted.bits != 16) {
         moit_blend(job, tile);
         return;
@@ -167,7 +152,23 @@ void moit_weighted_blended_blend(const moit_job *job, moit_tile *tile) {
     }
 }
 
-bool moit_weighted_blended_overflows(const moit_job *job, const moit_tile *tile, int p) {
+static void weighted_blended_weigh_and_blend(const moit_job *job, moit_tile *tile) {
+    if (job->technique->weighted.bits == 16) {
+        weighted_blended_weigh(job, tile);
+        weighted_blended_blend(job, tile);
+        return;
+    }
+    if (tile->emission == tile->alpha && tile->color) {
+        find_weights(job, tile);
+        job->stages->covered_blend(tile->pixels, tile->offsets, tile->alpha, weights_of(job, tile),
+                                   tile->color, tile->T, tile->total, tile->sums);
+        return;
+    }
+    find_blended_factors(job, tile, tile->double_b0);
+    blend_spread(job, tile, weights_of(job, tile));
+}
+
+static bool weighted_blended_overflows(const moit_job *job, const moit_tile *tile, int p) {
     return job->technique->weighted.bits == 16 && tile->double_b0[p] >= MOIT_MOST_HALF;
 }
 
@@ -179,7 +180,7 @@ void moit_weighted_targets(const moit_job *job, moit_tile *tile) {
     if (job->technique->kind == MOIT_WEIGHTED_BLENDED) {
         find_weights(job, tile);
         weights = weights_of(job, tile);
-        moit_weighted_blended_total(job, tile);
+        weighted_blended_total(job, tile);
     } else {
         bool exact = moit_multiplies_totals(job->technique);
         if (exact) job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
@@ -216,8 +217,8 @@ double moit_target_share(const moit_technique *technique, double weight, double 
 
 const moit_technique_row moit_unsorted_row = {.name = "unsorted",
                                               .thick = MOIT_THICK_MIDDLE,
-                                              .weigh = moit_alpha_blend_weigh,
-                                              .weigh_and_blend = moit_alpha_blend_weigh_and_blend,
+                                              .weigh = alpha_blend_weigh,
+                                              .weigh_and_blend = alpha_blend_weigh_and_blend,
                                               .pull_back = moit_alpha_blend_pull_back,
                                               .by_channel = true,
                                               .arrival = MOIT_IN_ORDER,
@@ -226,10 +227,10 @@ const moit_technique_row moit_unsorted_row = {.name = "unsorted",
                                               .geometry_passes = 1};
 
 const moit_technique_row moit_weighted_sum_row = {.name = "weighted-sum",
+                                                  OPTIONS(NORMALIZE),
                                                   .thick = MOIT_THICK_MIDDLE,
-                                                  .weigh = moit_weighted_sum_weigh,
-                                                  .weigh_and_blend =
-                                                      moit_weighted_sum_weigh_and_blend,
+                                                  .weigh = weighted_sum_weigh,
+                                                  .weigh_and_blend = weighted_sum_weigh_and_blend,
                                                   .pull_back = moit_weighted_sum_pull_back,
                                                   .adds_targets = true,
                                                   .exact_up_to = 1,
@@ -237,22 +238,25 @@ const moit_technique_row moit_weighted_sum_row = {.name = "weighted-sum",
 
 const moit_technique_row moit_weighted_average_row = {.name = "weighted-average",
                                                       .thick = MOIT_THICK_MIDDLE,
-                                                      .weigh = moit_weighted_average_weigh,
+                                                      .weigh = weighted_average_weigh,
                                                       .weigh_and_blend =
-                                                          moit_weighted_average_weigh_and_blend,
+                                                          weighted_average_weigh_and_blend,
                                                       .pull_back = moit_weighted_average_pull_back,
                                                       .adds_targets = true,
                                                       .exact_up_to = 1,
                                                       .geometry_passes = 1};
 
-const moit_technique_row moit_wboit_row = {.name = "wboit",
-                                           .thick = MOIT_THICK_MIDDLE,
-                                           .weigh = moit_weighted_blended_weigh,
-                                           .weigh_and_blend = moit_weighted_blended_weigh_and_blend,
-                                           .pull_back = moit_weighted_blended_pull_back,
-                                           .refusal = moit_weighted_blended_refusal,
-                                           .overflows = moit_weighted_blended_overflows,
-                                           .blend = moit_weighted_blended_blend,
-                                           .total = moit_weighted_blended_total,
-                                           .adds_targets = true,
-                                           .geometry_passes = 1};
+const moit_technique_row moit_wboit_row = {
+    .name = "wboit",
+    OPTIONS(WHOLE("weight", weighted.weight, 0, MOIT_WEIGHT_GIVEN),
+            NUMBER("depth_scale", weighted.depth_scale), WHOLE("bits", weighted.bits, 16, 32)),
+    .thick = MOIT_THICK_MIDDLE,
+    .weigh = weighted_blended_weigh,
+    .weigh_and_blend = weighted_blended_weigh_and_blend,
+    .pull_back = moit_weighted_blended_pull_back,
+    .refusal = moit_weighted_blended_refusal,
+    .overflows = weighted_blended_overflows,
+    .blend = weighted_blended_blend,
+    .total = weighted_blended_total,
+    .adds_targets = true,
+    .geometry_passes = 1};
