@@ -84,8 +84,9 @@ def test_threads_give_the_same_bits():
 
 def test_what_floats_cannot_hold_goes_back_in_double():
     """Sums beyond the largest float are none: such tiles are answered in double."""
+    color = np.outer([3e38, 1e38, 2e38], np.ones(3))  # of one colour depths would change nothing
     f = moit.Fragments(
-        [0, 3], [1, 2, 3], [0.3, 0.5, 0.4], np.full((3, 3), 3e38), depth_range=(1, 5)
+        [0, 3], [1, 2, 3], [0.3, 0.5, 0.4], color, depth_range=(1, 5), dtype="float32"
     )
     seed = np.full((1, 1, 4), 3e-3, np.float32)
     by_float = gradients.composite(f, "power4")[1](seed)
