@@ -166,7 +166,8 @@ static void curves_stay_between_the_total_and_one(moit_precision precision) {
             double total = exact_at(&r, p, 9.0);
             if (rounding_of(&list[i], precision) > 1e-5)
                 total -= 12.0 * 0x1p-12; /* a half rounds for each fragment, a key its own */
-            if (list[i].kind == MOIT_SLICES) total *= exp(-12.0 * 5.6 / 255.0); /* so do codes */
+            if (list[i].kind == MOIT_SLICES || list[i].kind == MOIT_NEURAL_SLICES)
+                total *= exp(-12.0 * 5.6 / 255.0);        /* so do codes */
             if (list[i].kind == MOIT_AVBOIT) total = 0.0; /* nor does it know what is in front */
             for (int k = 0; k < DEPTHS; ++k) {
                 double T = number(precision, curve, p * DEPTHS + k);
