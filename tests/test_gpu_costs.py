@@ -188,13 +188,18 @@ def test_every_stored_row_is_one_of_a_digest_and_ours_spill_no_register():
 
 
 DEAREST = 1.3  # of what the published pass costs
-# What is dearer all the same: where fma rounds twice products are split. The code that its authors
-# give away takes 1697 cycles there where the yardstick takes 1396, and of that it is 1.11.
-# Layers are packed into half floats, of which the yardstick knows nothing, and Vega converts one
-# number at a time.
-DEARER = {("power8", "vega10"): 1.35, ("mlab2", "vega10"): 1.45}
+# What is dearer all the same: layers are packed into half floats, of which the yardstick knows
+# nothing, and Vega converts one number at a time.
+DEARER = {("mlab2", "vega10"): 1.45}
 YARDSTICKS = {name for name, _ in published_texts()}
-WITH_YARDSTICKS = [n for n in names_with_kits() if moit.technique(n).base_name in YARDSTICKS]
+
+
+def yardstick_of(name: str) -> str:
+    """Of moments in words it is that of sums, of which shading is made."""
+    return moit.technique(name).base_name.removesuffix("-16")
+
+
+WITH_YARDSTICKS = [n for n in names_with_kits() if yardstick_of(n) in YARDSTICKS]
 
 
 @pytest.mark.parametrize("family", FAMILIES)
@@ -202,13 +207,12 @@ WITH_YARDSTICKS = [n for n in names_with_kits() if moit.technique(n).base_name i
 def test_ours_are_not_dearer_than_the_published_passes(name, family):
     """Of pixels with 4.5 fragments, as MBOIT's teapots have."""
     kept = stored.stored()
-    published = kept.passes(moit.technique(name).base_name, family, PUBLISHED)
+    published = kept.passes(yardstick_of(name), family, PUBLISHED)
     ours = kept.passes(name, family)
     most = DEARER.get((name, family), DEAREST)
     assert fragment_cycles(ours, 4.5) <= most * fragment_cycles(published, 4.5)
-    assert (
-        ours["accumulate"].cycles <= 2 * published["accumulate"].cycles
-    )  # mostly waits for memory
+    if not name.endswith("-16"):  # which pack words; else mostly waits for memory
+        assert ours["accumulate"].cycles <= 2 * published["accumulate"].cycles
 
 
 def test_exact_passes_are_dearer_by_orders():

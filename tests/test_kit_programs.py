@@ -58,19 +58,29 @@ def test_anchors_keep_and_count_what_the_core_does(name):
     assert np.quantile(error, 0.99) < 1e-4 and np.quantile(error, 0.999) < 0.02
 
 
+def test_what_is_kept_and_what_is_left_are_as_the_core_has_them():
+    technique = moit.technique("strong2(gamma=1.0,normalize=False)")
+    _, error = kit_cases.errors(technique, "glsl", case())
+    # of half floats, in a pixel's own extent, of which a float of depth is more
+    assert np.quantile(error, 0.999) < 3e-3 and np.quantile(error, 0.9) < 1e-4
+
+
 @pytest.mark.parametrize(
     ("name", "most"),
     [
-        ("strong2(gamma=1.0,normalize=False)", 3e-3),  # half floats round by what terms are apart
-        # what floats round off sums of all is more of what is left
-        ("front3(key_bits=32,tail='power6')", 1e-2),
-        ("front1(tail='trig2(exclude_self=True)')", 1e-2),
-        ("front2(tail='power8',normalize=False)", 1e-2),
+        ("front2", 5e-6),
+        ("front3(key_bits=32,tail='power6')", 1e-4),
+        ("front1(tail='trig2(exclude_self=True)')", 4e-4),
+        ("front2(tail='power8',normalize=False)", 1e-4),
     ],
 )
-def test_what_is_kept_and_what_is_left_are_as_the_core_has_them(name, most):
-    _, error = kit_cases.errors(moit.technique(name), "glsl", case())
-    assert np.quantile(error, 0.999) < most and np.quantile(error, 0.9) < 1e-4
+def test_what_is_left_of_moments_is_as_the_core_has_it_where_it_is_sound(name, most):
+    technique = moit.technique(name)
+    _, error = kit_cases.errors(technique, "glsl", case())
+    assert len(error) > 200 and np.quantile(error, 0.999) < most
+    # elsewhere rounding of what targets hold decides
+    anywhere = kit_cases.gathered_errors(technique, "glsl", case(), everywhere=True)
+    assert np.quantile(anywhere, 0.999) < 1e-2 and np.quantile(anywhere, 0.9) < 1e-4
 
 
 @pytest.mark.parametrize(("name", "most"), [("front5", 1e-6), ("front5(key_bits=32)", 1e-3)])

@@ -27,6 +27,8 @@ from moit.kit.recipes import names_with_kits, recipe_of
 from moit.system.progress import Progress, steps
 from moit.system.version import VERSION
 
+# Of options that change passes as another technique would.
+BESIDE = ("front2(key_bits=32)",)
 EXACT_ONES = ("power4", "power6", "power8", "trig2", "trig3", "trig4")
 
 # Families before RDNA: there the compiler makes of fma what rounds twice, so that a program which
@@ -45,7 +47,7 @@ def texts(techniques: Iterable[Technique | str] | None = None) -> Texts:
     Raises ValueError for what has none of these.
     """
     if techniques is None:
-        return {**_exported(names_with_kits()), **_others()}
+        return {**_exported((*names_with_kits(), *BESIDE)), **_others()}
     chosen = {str(one): one for one in listed(techniques)}
     found = {key: text for key, text in _others().items() if key[1] in chosen}
     kits = [name for name in chosen if name in names_with_kits() or name not in _named(found)]

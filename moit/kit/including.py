@@ -327,13 +327,20 @@ _FILE = re.compile(r" \((see )?\w+\.glsl\)|(?<=\w)\.glsl\b")
 _DECIDED = re.compile(r"\b(?!MOIT_)[A-Z]+_[A-Z_]+\b")
 
 
+# What one of our texts says of a name that others have for it: `NAME  what that is`.
+_GIVEN = re.compile(r"^[A-Z][A-Z_]+  ", re.MULTILINE)
+
+
 def _paragraphs(item: Item) -> list[str]:
     """Of the comments above an item, as far as they speak of what goes home."""
     lines = [
         word.text.lstrip("/").strip() for word in item.words[: item.start] if word.text != "\n"
     ]
     text = "\n".join(line or "\n" for line in lines)
-    found = [_FILE.sub("", " ".join(part.split())) for part in re.split(r"\n\s*\n", text)]
+    parts = re.split(r"\n\s*\n", text)
+    if item.kind != "option":
+        parts = [part for part in parts if not _GIVEN.match(part.lstrip("\n"))]
+    found = [_FILE.sub("", " ".join(part.split())) for part in parts]
     return [part for part in found if part and not _DECIDED.search(part)]
 
 

@@ -251,7 +251,7 @@ HLSL = Language(
     False,
     "Shader model 5 and up.",
     "`precise` keeps sums as they are written; `mad` may round twice, so "
-    "exact products are split (NOT_FUSED), which holds on every device.",
+    "exact products are split into halves, which holds on every device.",
     provided=_HLSL_HALVES,
 )
 METAL = Language(
@@ -284,6 +284,6 @@ SLANG = Language(
     False,
     "For Metal and WGSL take those kits.",
     "`precise` keeps sums as they are written where the target has such a word (SPIR-V, HLSL, "
-    "GLSL); `mad` may round twice, so exact products are split (NOT_FUSED).",
+    "GLSL); `mad` may round twice, so exact products are split into halves.",
     provided=_HLSL_HALVES,
 )

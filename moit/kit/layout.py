@@ -101,10 +101,10 @@ def _run_on(text: str) -> list[str]:
     while len(line) > MOST:
         room = line[: MOST + 1]
         ends = [
-            (room.rfind("; ") + 1, 64),
-            (room.rfind("{ ") + 1, 64),
-            (room.rfind(", ") + 1, 80),
-            (max(room.rfind(f" {sign} ") for sign in "+-?:"), 80),
+            (room.rfind("; ") + 1, 80),
+            (room.rfind("{ ") + 1, 80),
+            (room.rfind(", ") + 1, 88),
+            (max(room.rfind(f" {sign} ") for sign in "+-?:"), 88),
             (room.rfind(" "), 5),
         ]
         place = next(at for at, least in ends if at >= least)

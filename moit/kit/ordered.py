@@ -53,13 +53,11 @@ class Kept:
 
 # Slang orders what HLSL and Metal read by itself; of GLSL and SPIR-V a shader has to say where.
 _SLANG_START = f"""\
-// The pass that inserts defines MOIT_INSERTS. HLSL and Metal order what is read from ordered views;
-// for GLSL and SPIR-V the shader says where.
+// The pass that inserts defines MOIT_INSERTS. GLSL and SPIR-V are told where order begins and ends.
 #ifdef MOIT_INSERTS
-#define {BEGIN} __target_switch {{ case glsl: beginInvocationInterlock(); \\
-    case spirv: beginInvocationInterlock(); default: {{}} }}
-#define {END} __target_switch {{ case glsl: endInvocationInterlock(); \\
-    case spirv: endInvocationInterlock(); default: {{}} }}
+#define MOIT_TOLD(how) __target_switch {{ case glsl: case spirv: how(); default: {{}} }}
+#define {BEGIN} MOIT_TOLD(beginInvocationInterlock)
+#define {END} MOIT_TOLD(endInvocationInterlock)
 #endif"""
 
 
@@ -94,8 +92,12 @@ def _like_c(language: str, kept: Kept, tight: int) -> list[str]:
         vector, pixel, prefix = "vec4", "ivec2", "BINDING"
     read, each = kept.read, _each(kept)
     numbers = range(1, len(read) + 1)
-    inserts = f"#define MOIT_{prefix}_0 " + ("0" if is_glsl else f"u{len(kept.tail)}")
     places = [f"#define MOIT_{prefix}_{i} {'' if is_glsl else 't'}{i}" for i in (0, *numbers)]
+    placed = [f"#ifndef MOIT_{prefix}_0", *places, "#endif"]
+    if not is_glsl:
+        unset = f"!defined(MOIT_{prefix}_0)"
+        inserts = f"#define MOIT_{prefix}_0 u{len(kept.tail)}"
+        placed = [f"#if defined(MOIT_INSERTS) && {unset}", inserts, f"#elif {unset}", *placed[1:]]
     if is_glsl:
         words = f"(binding = MOIT_{prefix}_0"
         changed = [
@@ -129,9 +131,7 @@ def _like_c(language: str, kept: Kept, tight: int) -> list[str]:
         f"// What a pixel keeps: {kept.words} words, in an array of as many textures of R32_UINT.",
         "// To keep them elsewhere define MOIT_LOAD(pixel, i) and MOIT_STORE(pixel, i, w).",
         "#ifndef MOIT_NO_FETCH",
-        f"#ifndef MOIT_{prefix}_0",
-        *(["#ifdef MOIT_INSERTS", inserts, "#else", *places, "#endif"] if not is_glsl else places),
-        "#endif",
+        *placed,
         "#ifndef MOIT_LOAD",
         "#ifdef MOIT_INSERTS",
         *changed,

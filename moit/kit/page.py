@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from moit.catalog import Technique
@@ -12,13 +12,15 @@ from moit.kit.buffers import bound_as
 from moit.kit.costs import DENSITY, SHOWN, cost_rows, frame_rows
 from moit.kit.gathered import SMALL
 from moit.kit.including import Include, arguments_of
+from moit.kit.interface_page import blend_states, outputs, rows_of, what_depth_is, what_is_given
+from moit.kit.interfaces import INTERFACES, format_names
 from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
 from moit.kit.memory_page import early_tests, how_bound, memory_table
 from moit.kit.recipe import Recipe
 from moit.kit.small_targets import FARTHEST, MEANS
-from moit.kit.table import FORMATS, format_names, table_of
-from moit.kit.usage import DEPTHS, factors_call, factors_shade, usage_text
+from moit.kit.table import table_of
+from moit.kit.usage import factors_call, factors_shade, usage_text
 from moit.system.version import VERSION
 
 
@@ -30,14 +32,14 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
     sized = ("size",) if include.side > 1 else ()
     parts = [
         f"# {technique} in {_NAMES[language.name]}",
-        f"`{include.name}` is {technique.source}, as moit {VERSION} has it: order-independent "
-        f"transparency in {recipe.passes} pass{'es' * (recipe.passes > 1)} over transparent "
-        f"geometry, {_HOW[_kind(include)]}, and a resolve. Made by",
+        f"`{include.name}` has what moit {VERSION} makes of {_source(technique)}: order-"
+        f"independent transparency in {recipe.passes} pass{'es' * (recipe.passes > 1)} over "
+        f"transparent geometry, {_HOW[_kind(include)]}, and a resolve. Made by",
         f'```sh\nmoit export "{technique}" -o FOLDER {made_with}\n```',
         "## Passes",
         f"After everything opaque, with its depth bound. {_ORDER[_kind(include)]} Where "
         "depth is reversed the test is greater.",
-        _table(
+        rows_of(
             ("pass", "draws", "writes", "reads", "calls", "depth"),
             [
                 (
@@ -56,9 +58,10 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
         "## Targets",
         "Fragments add up by the blend function: source and destination factors, operation. "
         f"{table['bytes_a_pixel']:g} bytes a pixel. The resolve is blended over the opaque picture "
-        "with one, one-minus-src-alpha. The same as JSON: `targets.json`.",
-        _table(
-            ("target", *sized, "Vulkan", "Direct3D", "WebGPU", "clear", "blend", "binding"),
+        f"with one, one-minus-src-alpha. {outputs(language.name)} The same as JSON: "
+        "`targets.json`.",
+        rows_of(
+            ("target", *sized, *INTERFACES, "clear", "blend", "binding"),
             [
                 (
                     one["name"],
@@ -71,13 +74,15 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
                 for one in table["targets"]
             ],
         ),
+        *blend_states(table),
         *_of_blocks(include),
         *_memory(include),
         "## Calls",
         f"```{language.ending}\n{usage_text(include)}\n```",
         "Functions that the include has for you:",
         f"```{language.ending}\n" + "\n".join(f"{one};" for one in include.heads) + "\n```",
-        f"Colours are linear, not multiplied by alpha. {_what_depth_is(technique, language.name)}",
+        f"Colours are linear, not multiplied by alpha. {what_depth_is(technique, language.name)}"
+        + what_is_given(include),
         "## Bindings",
         _bindings(include),
         *(bound_as(language.name, one) for one in include.buffers),
@@ -97,13 +102,13 @@ def page_of(technique: Technique, recipe: Recipe, include: Include) -> str:
     return "\n\n".join(parts) + "\n"
 
 
+def _source(technique: Technique) -> str:
+    """Ours are named by what they do."""
+    source = technique.source
+    return source.replace("ours", f"`{technique.base_name}`, our own", 1)
+
+
 _NAMES = {"glsl": "GLSL", "hlsl": "HLSL", "wgsl": "WGSL", "metal": "Metal", "slang": "Slang"}
-
-
-def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    head = list(head)
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
 def _size(target: Mapping[str, Any]) -> str:
@@ -233,14 +238,14 @@ def _state(include: Include, table: Mapping[str, Any]) -> list[str]:
         else:
             runs.append([i, i, clear])
     rows = [(f"{a} to {b}" if b > a else str(a), f"0x{clear:08x}") for a, b, clear in runs]
-    vulkan, direct, _ = format_names("r32ui").values()
+    vulkan, direct, *_ = format_names("r32ui").values()
     return [
         "## Words",
         f"A pixel keeps {len(clears)} words of 32 bits, {4 * len(clears)} bytes: an array of "
         f"{len(clears)} textures of {vulkan} (Direct3D: {direct}), readable and writable by "
         "fragment shaders, bound at the first place. Each layer has a value that it is cleared to "
         "before the pass that inserts:",
-        _table(("layers", "clear"), rows),
+        rows_of(("layers", "clear"), rows),
         _LANGUAGE_ORDER[include.language.name],
     ]
 
@@ -264,17 +269,6 @@ _LANGUAGE_ORDER = {
 }
 
 
-def _what_depth_is(technique: Technique, language: str) -> str:
-    if technique.depth_warp == "none" and technique.unit_range:
-        return "Depth lies in [{:g}, {:g}] already, the nearest first.".format(
-            *technique.unit_range
-        )
-    return (
-        "Depth is the distance from the eye along the view axis, not what a depth buffer holds: in "
-        f"perspective `{DEPTHS[language]}."
-    )
-
-
 def _options(include: Include) -> list[str]:
     if not include.options:
         return []
@@ -284,7 +278,7 @@ def _options(include: Include) -> list[str]:
         else "Define them before the include to set others."
     )
     rows = [(f"`{one.name}`", one.value, one.about) for one in include.options]
-    return ["## Options", how, _table(("option", "default", "meaning"), rows)]
+    return ["## Options", how, rows_of(("option", "default", "meaning"), rows)]
 
 
 def _factors(include: Include) -> list[str]:
@@ -292,7 +286,7 @@ def _factors(include: Include) -> list[str]:
         return []
     names = [one.name for one in include.factors]
     listed = ", ".join(
-        f"{one} ({FORMATS[format][2]})"
+        f"{one} ({format_names(format)['webgpu']})"
         for one, format in zip(names, include.factor_formats, strict=True)
     )
     lines = [f"{one} = pixel.{one};" for one in names]
@@ -450,9 +444,10 @@ def _cost(technique: Technique, in_own_range: bool) -> str:
         "factor and transmittance in one"
         + "; they count neither the pass `extents` nor what reads its target" * in_own_range
         + ":\n\n"
-        + _table(SHOWN, [list(row.values()) for row in rows])
+        + rows_of(SHOWN, [list(row.values()) for row in rows])
         + "\n\nPredicted from these and the bytes of targets, in milliseconds of a frame of "
         f"{' x '.join(map(str, RESOLUTION))} pixels with {DENSITY:g} fragments each; beyond "
         "is what unsorted alpha blending does not take anyway (`moit recommend --by gpu` has your "
-        "own picture and other cards):\n\n" + _table(("GPU", "ms", "beyond"), frame_rows(technique))
+        "own picture and other cards):\n\n"
+        + rows_of(("GPU", "ms", "beyond"), frame_rows(technique))
     )

@@ -10,34 +10,12 @@ from moit.catalog import Technique
 from moit.catalog.targets import Target
 from moit.kit.gathered import SMALL, program_rows
 from moit.kit.including import Include
+from moit.kit.interfaces import blend, format_names
 from moit.kit.memory import table_of_memory
 from moit.kit.recipe import HASHED, PEELED, Recipe, State
 from moit.kit.rounds import passes_of
 from moit.kit.small_targets import MEANS, farthest_pass
 from moit.system.version import VERSION
-
-# How fragments come together, as programming interfaces say it: operation, source, destination.
-BLENDING = {
-    "add": ("add", "one", "one"),
-    "max": ("max", "one", "one"),
-    "multiply-complement": ("add", "zero", "one-minus-src"),
-    "over": ("add", "one", "one-minus-src-alpha"),
-    "under": ("add", "one-minus-dst-alpha", "one"),
-    "replace": ("add", "one", "zero"),
-}
-# Formats as Vulkan, Direct3D and WebGPU call them.
-FORMATS = {
-    "r32ui": ("R32_UINT", "R32_UINT", "r32uint"),
-    "r8": ("R8_UNORM", "R8_UNORM", "r8unorm"),
-    "r16f": ("R16_SFLOAT", "R16_FLOAT", "r16float"),
-    "r32f": ("R32_SFLOAT", "R32_FLOAT", "r32float"),
-    "rgba16": ("R16G16B16A16_UNORM", "R16G16B16A16_UNORM", "rgba16unorm"),
-    "rg16": ("R16G16_UNORM", "R16G16_UNORM", "rg16unorm"),
-    "rg16f": ("R16G16_SFLOAT", "R16G16_FLOAT", "rg16float"),
-    "rg32f": ("R32G32_SFLOAT", "R32G32_FLOAT", "rg32float"),
-    "rgba16f": ("R16G16B16A16_SFLOAT", "R16G16B16A16_FLOAT", "rgba16float"),
-    "rgba32f": ("R32G32B32A32_SFLOAT", "R32G32B32A32_FLOAT", "rgba32float"),
-}
 
 
 def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str, Any]:
@@ -63,7 +41,7 @@ def table_of(technique: Technique, recipe: Recipe, include: Include) -> dict[str
             else [*(name for name, _ in include.shaded), *own_total],
             "calls": ["moit_resolved"],
             "depth": {"test": None, "write": False},
-            "blend": _blend("over"),
+            "blend": blend("over"),
         }
     )
     factors = [
@@ -199,21 +177,13 @@ def _means(include: Include, held: list[str]) -> dict[str, Any]:
     }
 
 
-def _blend(name: str) -> dict[str, str]:
-    return dict(zip(("operation", "source", "destination"), BLENDING[name], strict=True))
-
-
-def format_names(format: str) -> dict[str, str]:
-    return dict(zip(("vulkan", "direct3d", "webgpu"), FORMATS[format], strict=True))
-
-
 def _target(name: str, target: Target, side: int) -> dict[str, Any]:
     return {
         "name": name,
         **({"block_side": side} if side > 1 else {}),
         "format": format_names(target.format),
         "clear": target.clear,
-        "blend": _blend(target.blend),
+        "blend": blend(target.blend),
         "bytes_a_pixel": _bytes(target),
     }
 

@@ -80,7 +80,7 @@ WGSL = Wgsl(
     "exact exp2, log2 and division are.",
     "WGSL has no `precise`, and lets a compiler regroup sums and fuse products: where digits hang "
     "on how sums are rounded they go through `moit_kept`, whose bits no compiler sees through, and "
-    "exact products are split (NOT_FUSED).",
+    "exact products are split into halves.",
     "moit_kept",
     constructs=True,
 )

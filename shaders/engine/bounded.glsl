@@ -20,8 +20,8 @@
 #define EACH 9
 #include "engine/bounded_share.glsl"
 
-// How far moments move toward those of a safe distribution, V2 and V4 (MBOIT's supplement); the
-// network was trained with this bias.
+// How much of a safe distribution outweighs rounding (MBOIT 4.1).
+// Its moments are 0, V2, 0 and V4; the network was trained with this.
 #ifndef BIAS
 #define BIAS 2.5e-7
 #endif

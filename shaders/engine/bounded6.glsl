@@ -19,8 +19,8 @@
 #define EACH 11
 #include "engine/bounded_share.glsl"
 
-// How far moments move toward those of a safe distribution, V2, V4 and V6 (MBOIT's supplement); the
-// network was trained with 2.5e-7.
+// How much of a safe distribution outweighs rounding (MBOIT 4.1).
+// Its even moments are V2, V4 and V6; the network was trained with 2.5e-7.
 #ifndef BIAS
 #define BIAS 2.5e-7
 #endif

@@ -1,6 +1,7 @@
-// The network of bounded neural transmittance: two layers of 8, rectified, and a sigmoid. The text
-// that includes this has NETWORK, and EACH, how many numbers an output of the first layer has: the
-// weights of four inputs of a fragment, those of its pixel's, and its bias.
+// The network of bounded neural transmittance: two layers of 8, rectified, and a sigmoid. An output
+// of the first layer has weights of four inputs of a fragment, those of its pixel's, and a bias.
+//
+// EACH  how many numbers that are, of NETWORK
 
 // Output j of the first layer, of which the pixel's inputs made `sum`, rectified; of the second.
 float first_layer(int j, float sum, vec4 seen) {

@@ -4,10 +4,10 @@
 
 // TURN: half the angle from z = 0 to z = 1, (2 pi - theta) / 4; REST: pi / 2 - TURN. The zone is
 // where |1 / y| < EDGE = tan(theta / 4); there, ZONE_SCALE is of what eq. 6 takes off 1.
-const float TURN = 1.4922565104551517;
-const float REST = 0.07853981633974483;
-const float EDGE = 0.07870170682461845;
-const float ZONE_SCALE = 5.552815079635852;
+const float TURN = 1.49225651;
+const float REST = 0.0785398163;
+const float EDGE = 0.0787017068;
+const float ZONE_SCALE = 5.55281508;
 
 // tan(|z| TURN), or where |z| > 0.5 its inverse; good to a few ulps of how far the angle is from
 // z = 0 and from the zone's middle.

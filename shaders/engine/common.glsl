@@ -1,4 +1,4 @@
-// What the texts for engines share: the warp of depth, absorbance, what pass 2 adds, the resolve.
+// The warp of depth, absorbance, what pass 2 adds, the resolve.
 
 // Depth, from near to far, becomes z in [-1, 1] by two constants, WARP_SCALE x + WARP_OFFSET.
 //

@@ -1,6 +1,7 @@
-// Four power moments of depth and what is made of them once a pixel. The text that includes this
-// has BIAS, how far moments move toward those of a safe distribution, V2 and V4, and
-// PUBLISHED_BIAS, which outweighs rounding by itself (MBOIT 4.1 and its supplement).
+// Four power moments of depth and what is made of them once a pixel, moved toward those of a safe
+// distribution, V2 and V4 (MBOIT 4.1 and its supplement).
+//
+// PUBLISHED_BIAS  what outweighs rounding by itself
 const float V2 = BY_WORDS(0.375, 0.628);
 const float V4 = BY_WORDS(0.375, 0.628);
 

@@ -1,6 +1,5 @@
-// The nearest fragments of a pixel exactly, ours; behind them what the text before this, of moments
-// of all fragments, reads once the nearest are taken out of its sums. That text's functions have
-// names that end with _tail here.
+// The nearest fragments of a pixel exactly, ours; behind them what moments of all fragments say
+// once the nearest are taken out of their sums. Functions of moments end with _tail.
 //
 // LAYERS      how many are kept; WORDS of a pixel are what each brings, the nearest first
 // SMALL_KEYS  1: a word, of 20 bits of depth and 12 of the root of 1 - alpha; 0: two words, of

@@ -6,6 +6,7 @@
 #include "engine/storage.glsl"
 #include "engine/rules2.glsl"
 
+// How much of a safe distribution outweighs rounding.
 // Supplement, 1.1.
 #ifndef BIAS
 #define BIAS 3e-7

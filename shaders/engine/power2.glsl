@@ -6,7 +6,8 @@
 #include "engine/pairs.glsl"
 #include "engine/storage.glsl"
 
-// How far moments move toward those of a safe distribution, 0 and V2 (MBOIT 4.1).
+// How much of a safe distribution outweighs rounding (MBOIT 4.1).
+// Its moments are 0 and V2.
 #ifndef BIAS
 #define BIAS BY_STORAGE(5e-8, 1e-4)
 #endif

@@ -8,8 +8,9 @@
 #include "engine/storage.glsl"
 #include "engine/rules2.glsl"
 
-// How far moments move toward those of a safe distribution, V2 and V4 (MBOIT 4.1; its supplement:
-// bias 5e-7, in words 6e-5); less is measured to be enough where factors are exact.
+// How much of a safe distribution outweighs rounding (MBOIT 4.1).
+// Its even moments are V2 and V4; published biases are 5e-7, in words 6e-5. Less is measured to be
+// enough where factors are exact.
 #ifndef BIAS
 #define BIAS 5e-8
 #endif

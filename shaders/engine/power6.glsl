@@ -10,8 +10,9 @@
 #include "engine/roots.glsl"
 #include "engine/rules3.glsl"
 
-// How far moments move toward those of a safe distribution, V2, V4 and V6 (MBOIT 4.1; its
-// supplement: bias 5e-6, in words 6e-4); less is measured to be enough where factors are exact.
+// How much of a safe distribution outweighs rounding (MBOIT 4.1).
+// Its even moments are V2, V4 and V6; published biases are 5e-6, in words 6e-4. Less is measured to
+// be enough where factors are exact.
 #ifndef BIAS
 #define BIAS 5e-8
 #endif

@@ -1,7 +1,7 @@
-// Six power moments of depth, what is made of them once a pixel, and what they say of a depth. The
-// text that includes this has `sums`, BIAS, how far moments move toward those of a safe
-// distribution, V2, V4 and V6, and PUBLISHED_BIAS, which outweighs rounding by itself (MBOIT 4.1,
-// its supplement).
+// Six power moments of depth, what is made of them once a pixel, moved toward those of a safe
+// distribution, V2, V4 and V6 (MBOIT 4.1, its supplement), and what they say of a depth.
+//
+// PUBLISHED_BIAS  what outweighs rounding by itself; `sums`: of the text that includes this
 const float V2 = BY_WORDS(0.48, 0.5566);
 const float V4 = BY_WORDS(0.451, 0.489);
 const float V6 = BY_WORDS(0.45, 0.47869382);

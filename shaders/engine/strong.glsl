@@ -14,7 +14,8 @@
 #define EACH 11
 #include "engine/bounded_share.glsl"
 
-// How far moments move toward those of a safe distribution, V2, V4 and V6 (MBOIT's supplement).
+// How much of a safe distribution outweighs rounding (MBOIT 4.1).
+// Its even moments are V2, V4 and V6.
 #ifndef BIAS
 #define BIAS 1e-3
 #endif

@@ -12,8 +12,8 @@
 #include "engine/rules2.glsl"
 #include "engine/circles.glsl"
 
-// How far moments move toward those of an even spread, all 0 (MBOIT 4.1; its supplement: 4e-7, in
-// words 4e-4).
+// How much of an even spread outweighs rounding (MBOIT 4.1).
+// Its moments are 0; published biases are 4e-7, in words 4e-4.
 #ifndef BIAS
 #define BIAS 4e-8
 #endif

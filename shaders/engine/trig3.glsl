@@ -13,8 +13,8 @@
 #include "engine/rules3.glsl"
 #include "engine/circles.glsl"
 
-// How far moments move toward those of an even spread, all 0 (MBOIT 4.1; its supplement: 8e-7, in
-// words 6.5e-4).
+// How much of an even spread outweighs rounding (MBOIT 4.1).
+// Its moments are 0; published biases are 8e-7, in words 6.5e-4.
 #ifndef BIAS
 #define BIAS 8e-8
 #endif

@@ -14,8 +14,8 @@
 #include "engine/rules4.glsl"
 #include "engine/circles.glsl"
 
-// How far moments move toward those of an even spread, all 0 (MBOIT 4.1; its supplement: 1.5e-6, in
-// words 8.5e-4).
+// How much of an even spread outweighs rounding (MBOIT 4.1).
+// Its moments are 0; published biases are 1.5e-6, in words 8.5e-4.
 #ifndef BIAS
 #define BIAS 1.5e-7
 #endif

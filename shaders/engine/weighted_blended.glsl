@@ -11,7 +11,7 @@
 #ifndef DEPTH_SCALE
 #define DEPTH_SCALE 1.0
 #endif
-// The camera's near plane, in units of depth (WEIGHT 10, 1).
+// The camera's near plane, in units of depth (of weights by eq. 10 and phenomenological ones).
 #ifndef DEPTH_NEAR
 #define DEPTH_NEAR 0.1
 #endif

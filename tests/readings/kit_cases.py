@@ -209,15 +209,40 @@ def errors(technique, language: str, case: Case) -> tuple[str, np.ndarray]:
     return "colour and coverage", weighted_errors(technique, language, case)
 
 
-def gathered_errors(technique, language: str, case: Case) -> np.ndarray:
+def gathered_errors(technique, language: str, case: Case, everywhere: bool = False) -> np.ndarray:
     """Of transmittance by what atomics gather. Where the nearest are taken out of sums of floats,
     against the core in floats, which a bias is for; of pixels without fragments at one depth, of
-    which the one that comes first is in front."""
+    which the one that comes first is in front, and, unless `everywhere`, where what is left is
+    sound."""
     found, picture = kit_programs.through(technique, language, case)
     in_floats = technique.kind == "front"
     fragments = picture.fragments(np.float32 if in_floats else np.float64)
     error = np.abs(found - moit.transmittance(fragments, technique))
-    return error[_distinct(case)[case.pixel[: len(error)]]] if in_floats else error
+    if not in_floats:
+        return error
+    counts = _distinct(case)[case.pixel[: len(error)]]
+    return error[counts & (everywhere | sound_behind(technique, picture))]
+
+
+def sound_behind(technique, picture) -> np.ndarray:
+    """(n,) of fragments, in whose pixels the moments behind the nearest are sound, although what
+    rounding leaves of all counts among the less that they are; or nothing is behind these."""
+    every, pixel = picture.fragments(), picture.case.pixel[: picture.fragments_there]
+    order = np.lexsort((every.depth, pixel))
+    rank = np.empty(len(pixel), int)
+    rank[order] = np.arange(len(pixel)) - picture.case.offsets[pixel[order]]
+    rest = rank >= technique.layers
+    counts = np.bincount(pixel[rest], minlength=picture.pixels)
+    behind = moit.Fragments(
+        np.concatenate([[0], np.cumsum(counts)]),
+        every.depth[rest],
+        every.alpha[rest],
+        depth_range=RANGE,
+    )
+    total, moments = moit.moments.gather(behind, technique.behind)
+    whole, _ = moit.moments.gather(every, technique.behind)
+    pivots = moit.moments.least_pivot(technique.behind, total, moments)
+    return ((counts == 0) | (pivots * total > SOUND * whole))[pixel]
 
 
 def ordered_errors(technique, language: str, case: Case) -> tuple[str, np.ndarray]:
