@@ -2,6 +2,7 @@
 
 from functools import cache
 
+import numpy as np
 import pytest
 
 import moit
@@ -36,3 +37,14 @@ def software_device() -> moit.gpu.Device:
         except moit.GpuError:
             break
     pytest.skip(f"no software renderer beside {device().renderer}")
+
+
+def expect_bits_of_the_core(f: moit.Fragments, technique) -> None:
+    """Passes over arrays give every question's answer to the bit."""
+    for ask in (
+        lambda where: moit.transmittance(f, technique, device=where),
+        lambda where: moit.composite(f, technique, background=(1, 0, 0), device=where),
+        lambda where: moit.total_transmittance(f, technique, device=where),
+        lambda where: moit.transmittance(f, technique, depth=[1.2, 2.0], device=where),
+    ):
+        np.testing.assert_array_equal(ask(software_device()), ask("cpu"))

@@ -34,16 +34,16 @@ def command(*words):
         code = main(words)
     if code:
         raise OSError(said.getvalue())
-"""
 
-# Tries the writer at every phase of its largest file.
-TRIES = """
 def contents():
     return {
         os.path.join(folder, name): open(os.path.join(folder, name), "rb").read()
         for folder, _, names in os.walk(".") for name in names
     }
+"""
 
+# Tries the writer at every phase of its largest file.
+TRIES = """
 write()
 before = contents()
 own = [len(content) for name, content in before.items() if name[2:] not in made]

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gpu import software_device
+from gpu import expect_bits_of_the_core
 from test_slices import STEP, one_ray, picture, shuffled
 
 import moit
@@ -223,16 +223,9 @@ def test_shadows_are_asked_by_points_that_change_no_slice():
     ids=str,
 )
 def test_passes_give_the_bits_of_the_core(technique, dtype):
-    device = software_device()
     f = picture(7, 12, 9, dtype=dtype)
     alpha = np.where(np.arange(len(f)) % 5, f.alpha, 0)  # what covers nothing widens no extent
     f = moit.Fragments(
         f.offsets, f.depth, alpha, f.color, shape=f.shape, depth_range=f.depth_range, dtype=dtype
     )
-    for ask in (
-        lambda where: moit.transmittance(f, technique, device=where),
-        lambda where: moit.composite(f, technique, background=(1, 0, 0), device=where),
-        lambda where: moit.total_transmittance(f, technique, device=where),
-        lambda where: moit.transmittance(f, technique, depth=[1.2, 2.0], device=where),
-    ):
-        np.testing.assert_array_equal(ask(device), ask("cpu"))
+    expect_bits_of_the_core(f, technique)

@@ -95,12 +95,6 @@ print(json.dumps({"found": found, "failed": failed}))
 
 # Each write in a process of its own, as one that dies is to be seen.
 FILES = """
-def contents():
-    return {
-        os.path.join(folder, name): open(os.path.join(folder, name), "rb").read()
-        for folder, _, names in os.walk(".") for name in names
-    }
-
 write()
 write()
 before = contents()

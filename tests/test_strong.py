@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from gpu import software_device
+from gpu import expect_bits_of_the_core
 
 import moit
 from moit import Strong
@@ -128,12 +128,5 @@ def test_bits_per_pixel():
     ids=str,
 )
 def test_passes_give_the_bits_of_the_core(technique, dtype):
-    device = software_device()
     f = rays("haze", fragments=600, dtype=dtype)
-    for ask in (
-        lambda where: moit.transmittance(f, technique, device=where),
-        lambda where: moit.composite(f, technique, background=(1, 0, 0), device=where),
-        lambda where: moit.total_transmittance(f, technique, device=where),
-        lambda where: moit.transmittance(f, technique, depth=[1.2, 2.0], device=where),
-    ):
-        np.testing.assert_array_equal(ask(device), ask("cpu"))
+    expect_bits_of_the_core(f, technique)

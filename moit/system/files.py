@@ -80,9 +80,8 @@ def must_be_writable(path: str | os.PathLike[str]) -> None:
     folder is not there, or takes no file, or `path` is nothing that a file may replace."""
     target, part = _target_and_part(path)
     try:
-        os.close(
-            os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL)
-        )  # needs no memory for a buffer
+        # not open(), which without memory for a buffer fails when the file is there already
+        os.close(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL))
         os.unlink(part)
     except OSError as error:
         raise OSError(error.errno, f"cannot be written: {error.strerror}", target) from error
