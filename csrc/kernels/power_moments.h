@@ -235,17 +235,31 @@ FN NAMED(between) NAMED(middle_root)(NAMED(between) guess, real p, real v, real 
     return x;
 }
 
-// d / (p_n(x)^2 f'(x)), the weight of a node x, from its distances to the g.
-FN number NAMED(node_weight)(real apart[NODES], real e[NODES], real d) {
+// Of poles so far from a place: the product of their distances' squares, and times that the sum of
+// e_i over each, so that one division does for all.
+STRUCT(NAMED(pulls)) {
+    number product;
+    number sum;
+};
+
+FN NAMED(pulls) NAMED(pulls_at)(real apart[NODES], real e[NODES], int poles) {
     real product = K(1.0);
     real sum = K(0.0);
-    for (int i = 0; i < NODES; ++i) {
-        // sum of e_i prod_{j != i} apart_j^2, built up pole by pole
+    for (int i = 0; i < poles; ++i) {
         real square = apart[i] * apart[i];
-        sum = sum * square + e[i] * product;
+        sum = sum * square + e[i] * product; // of products of all squares but one, pole by pole
         product = product * square;
     }
-    return min(d / max(sum + product, K(BY_PRECISION(1e-37, 1e-300))), K(1.0));
+    PRECISE NAMED(pulls) o;
+    o.product = product;
+    o.sum = sum;
+    return o;
+}
+
+// d / (p_n(x)^2 f'(x)), the weight of a node x, from its distances to the g.
+FN number NAMED(node_weight)(real apart[NODES], real e[NODES], real d) {
+    NAMED(pulls) o = NAMED(pulls_at)(apart, e, NODES);
+    return min(d / max(o.sum + o.product, K(BY_PRECISION(1e-37, 1e-300))), K(1.0));
 }
 
 // z among the nodes of a rule. p and q are p_n(z) and p_n(z) times the sum of e_i / (z - g_i), both

@@ -121,16 +121,10 @@ STRUCT(NAMED(roots)) {
     number give[NODES];
 };
 
-// That inverse where x lies so far from the g, with one division for all.
+// That inverse where x lies so far from the g.
 FN number NAMED(give_at)(real apart[NODES], real e[NODES], int k) {
-    real product = K(1.0);
-    real sum = K(0.0);
-    for (int j = 0; j < k; ++j) {
-        real square = apart[j] * apart[j];
-        sum = sum * square + e[j] * product;
-        product = product * square;
-    }
-    return product / max(sum + product, K(1e-300));
+    NAMED(pulls) o = NAMED(pulls_at)(apart, e, k);
+    return o.product / max(o.sum + o.product, K(1e-300));
 }
 
 #if NODES > 1

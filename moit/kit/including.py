@@ -109,6 +109,11 @@ class Include:
         return not self.held or "moit_sums" in self.resolves
 
     @property
+    def factors_read_extents(self) -> bool:
+        """Whether a pixel's factors hang on its own range of depth, too."""
+        return any("moit_factor(" in head and "moit_extents" in head for head in self.heads)
+
+    @property
     def digest(self) -> str:
         """Of what is computed: no comments, no blanks, not what a camera's planes decide."""
         body = re.sub(r"//.*", "", self.plain)
@@ -345,14 +350,19 @@ def _paragraphs(item: Item) -> list[str]:
 
 
 def _said_on_page(items: list[Item], entries: tuple[str, ...], tight: int) -> frozenset[str]:
-    """Functions whose comments there is no room for: those that an engine does not call, then all;
-    and "" for what is said of a whole file."""
+    """What has comments that there is no room for: functions that an engine does not call, then
+    all; and "" for what is said of a whole file; last, constants and structs that no pass hands
+    on."""
     if tight < FILLED - 2:
         return frozenset()
     names = {item.names[0] for item in items if item.kind == "function"}
     if tight >= FILLED:
-        return frozenset({"", *names})
+        inner = {item.names[0] for item in items if item.kind in ("constant", "struct")}
+        return frozenset({"", *names, *(inner - _HANDED_ON if tight == RUN_ON else ())})
     return frozenset(names - set(entries)) | ({""} if tight == FILLED - 1 else set())
+
+
+_HANDED_ON = {f"moit_{one}" for one in ("sums", "seconds", "extents", "factors", "state")}
 
 
 def _notes(

@@ -61,7 +61,7 @@ def strong(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         found.held,
         found.shaded,
         {"ANCHORS": kept, "CELLS": 1, "WORDS": words, "NORMALIZE": int(technique.normalize)}
-        | {"HALVES": 1, "IN_WORDS": 0},
+        | {"HALVES": 1, "IN_WORDS": 0, "PLAIN": 1},
         {
             "DECAY": float(technique.gamma),
             "BIAS": float(rest.blended_bias),

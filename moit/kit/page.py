@@ -20,7 +20,7 @@ from moit.kit.memory_page import early_tests, how_bound, memory_table
 from moit.kit.recipe import Recipe
 from moit.kit.small_targets import FARTHEST, MEANS
 from moit.kit.table import table_of
-from moit.kit.usage import factors_call, factors_shade, usage_text
+from moit.kit.usage import factors_made, factors_shade, usage_text
 from moit.system.version import VERSION
 
 
@@ -307,7 +307,7 @@ def _factors(include: Include) -> list[str]:
         f"does it once, without blending, into {listed}. `shading` then reads these textures into "
         f"a `moit_factors`, and not {left}:",
         f"```{include.language.ending}\n// the pass for factors, for a pixel\n"
-        + "\n".join([factors_call(include), *lines])
+        + "\n".join([*factors_made(include), *lines])
         + "\n\n// shading, for a fragment\n"
         + "\n".join(factors_shade(include))
         + "\n```"

@@ -16,7 +16,7 @@ from moit.catalog.network import network_of
 from moit.catalog.renormalised import Renormalised
 from moit.catalog.targets import Target, shipped_targets_of
 from moit.kit import gathered_recipes, keyed_recipes, ordered_recipes, rounds
-from moit.kit.block_means import check_blocks, in_blocks
+from moit.kit.block_means import check_blocks, in_blocks, with_totals
 from moit.kit.fourier_text import MOST, fourier_text
 from moit.kit.keyed_recipes import front
 from moit.kit.networks import rows_of_moments
@@ -45,7 +45,7 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
             raise _no_kit(technique, why, f"'{technique.base_name}'")
     if isinstance(technique, InBlocks) and technique.block_side > 1:
         return in_blocks(technique, recipe)
-    return in_own_range(recipe) if own else recipe
+    return in_own_range(recipe, technique.kind == "neural-bounded") if own else recipe
 
 
 def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
@@ -182,7 +182,7 @@ def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     held, shaded = _targets(technique)
     if count == MOST:  # two and one as four, of which one number is spared: eight targets, not nine
         held = (*held[:-2], held[0])
-    return Recipe(
+    recipe = Recipe(
         f"engine/fourier{count}.glsl",
         held,
         shaded,
@@ -194,6 +194,9 @@ def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         ),
         made="" if count in (7, 15) else fourier_text(count),
     )
+    if technique.total != "full":
+        return recipe
+    return with_totals(technique, recipe, f"r{technique.bits}f")
 
 
 @recipe_for("wavelet")
@@ -201,7 +204,7 @@ def _wavelet(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     check_blocks(technique, technique.base_name)
     held, shaded = _targets(technique)
     levels = technique.coefficients.bit_length() - 1
-    return Recipe(
+    recipe = Recipe(
         "engine/wavelet.glsl",
         held,
         shaded,
@@ -219,6 +222,7 @@ def _wavelet(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             _FLOAT_BLENDING,
         ),
     )
+    return with_totals(technique, recipe, "r32f") if technique.total == "full" else recipe
 
 
 def _fixed(technique: Any, exclude_self: bool) -> dict[str, int]:

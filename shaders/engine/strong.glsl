@@ -4,6 +4,7 @@
 //
 // ANCHORS  how many are kept; NETWORK: float[169], as that of bounded6.glsl
 #define OUTWARD_ENDS
+#define SUMS_ARE_WITHIN
 #include "engine/common.glsl"
 #include "engine/kept_keys.glsl"
 #include "engine/pairs.glsl"

@@ -66,11 +66,9 @@ void own_pass(uint p) {
     factors[FACTORS_SIZE * p + 1u] = SCALAR(e.farthest);
 }
 #elif PASS == CAPTURE
-void capture(uint p) {
-    precise double through = 1.0;
-    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) through *= 1.0 - double(alphas[i]);
-    set_total(p, through);
-}
+#include "arrays/let_through.glsl"
+
+void capture(uint p) { set_total(p, let_through(p)); }
 #elif PASS == DEPOSIT
 #include "arrays/added.glsl"
 
