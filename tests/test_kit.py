@@ -27,6 +27,7 @@ NEURAL = "neural(depth_range='image')"
 # whose warp is an option of their own
 WARPED = [one for one in names_with_kits() if moit.technique(one).depth_warp and one != "front2"]
 
+
 def include(name, language="glsl", depth_range=(0.1, 1000.0)):
     return kits.include(moit.technique(name), language, depth_range)
 
@@ -171,7 +172,9 @@ def test_what_has_no_room_in_an_include_of_250_lines_is_on_its_page():
     assert "// What pass 2 adds to the target of colours.\n" in tight
     # last, of what is handed on to no pass
     longest = include("strong5", "hlsl")
-    assert "orthogonal polynomials" not in longest.text and "struct moit_recurrence3 {" in longest.text
+    assert (
+        "orthogonal polynomials" not in longest.text and "struct moit_recurrence3 {" in longest.text
+    )
     assert dict(longest.notes)["moit_recurrence3"].startswith("Of orthogonal polynomials")
     assert "// Added up, of what is not kept" in longest.text  # by the struct of targets
     circle = "// The cosine and sine of the angle from z = 0"  # of an inner function of both
@@ -441,7 +444,7 @@ def test_words_of_moment_transparency_are_what_the_pass_for_factors_writes(tmp_p
         formats = [one["format"]["direct3d"] for one in table["factors"]]
         assert formats == ["R16G16B16A16_UNORM", "R16_FLOAT"]
         page = (tmp_path / "README.md").read_text()
-        assert "factor0 (rgba16unorm), factor1 (r16float)" in page and "tier1" in page
+        assert "factor0 (RGBA16), factor1 (R16F)" in page and "tier1" in page
 
 
 def test_a_second_pass_of_moments_is_drawn_between_the_others(tmp_path):
@@ -505,6 +508,32 @@ def test_what_a_web_device_has_to_be_asked_for_is_on_the_page(tmp_path):
     for name, language in (("power4", "wgsl"), ("power8", "glsl")):
         moit.export(name, tmp_path, language)
         assert "maxColorAttachment" not in (tmp_path / "README.md").read_text()
+
+
+def test_arrays_of_a_picture_say_how_large_they_are_and_what_a_web_device_is_asked_for(tmp_path):
+    words = 4 * 64 * 1920 * 1080
+    for language, asked in (("wgsl", True), ("hlsl", False)):
+        moit.export("slices64", tmp_path, language)
+        page = (tmp_path / "README.md").read_text()
+        assert f"| words | 64 * WIDTH * HEIGHT | {words / 1e6:.4g} | 0 |" in page
+        limit = f"maxStorageBufferBindingSize: {words}, maxBufferSize: {words}."
+        assert (limit in page) == asked
+        assert "float32-blendable" in page  # as what is let through is a float
+    moit.export("avboit", tmp_path, "wgsl")
+    page = (tmp_path / "README.md").read_text()
+    assert "maxStorage" not in page and "float32-blendable" not in page
+
+
+def test_factors_have_formats_in_the_words_of_the_interface(tmp_path):
+    said = {"glsl": "RGBA32F", "hlsl": "R32G32B32A32_FLOAT", "metal": "RGBA32Float"}
+    for language, name in said.items():
+        moit.export("power4", tmp_path, language)
+        assert f"into factor0 ({name}), factor1" in (tmp_path / "README.md").read_text()
+
+
+def test_a_parameter_is_not_taken_for_a_function_of_its_name():
+    text = include("slices64", "wgsl").text  # which has both
+    assert "fn moit_absorbance(alpha: f32)" in text and "(absorbance: f32, scale" in text
 
 
 def test_the_page_says_what_a_frame_is_predicted_to_take(tmp_path):

@@ -159,7 +159,9 @@ def _textures(text: str) -> Iterator[str]:
     size = f"layout(std430, binding = {TEXTURES}) readonly buffer sizes_ {{ ivec2 size_; }};"
     yield from (size, "#define MOIT_PIXELS size_", "#define MOIT_TEXELS size_")
     for i in re.findall(r"#define MOIT_FETCH_(\d+)\(", text):
-        yield _BUFFER.format(TEXTURES + 1 + int(i), "readonly ", f"texture_{i}", "vec4", f"texel_{i}")
+        yield _BUFFER.format(
+            TEXTURES + 1 + int(i), "readonly ", f"texture_{i}", "vec4", f"texel_{i}"
+        )
         yield f"#define MOIT_FETCH_{i}(pixel) at_texel_{i}_[(pixel).y * size_.x + (pixel).x]"
 
 

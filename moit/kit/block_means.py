@@ -89,7 +89,8 @@ def with_totals(technique: Any, recipe: Recipe, format: str) -> Recipe:
     members = " ".join(f"{type} {name};" for type, name in zip(types, names, strict=True))
     of_sums = " ".join(f"o.{one} = t.{one};" for one in names)
     of_waves = " ".join(f"o.{one} = w.{one};" for one in names)
-    made += [f"""
+    made += [
+        f"""
 // What waves have; total absorbance.
 struct sums {{ {members} float {total}; }};
 
@@ -106,7 +107,8 @@ sums accumulate(float z, float alpha) {{
 float transmittance_of_sums(sums t, float z, float alpha) {{
     return transmittance_of_waves(waves_of(t), z, alpha);
 }}
-"""]
+"""
+    ]
     if recipe.text.endswith("wavelet.glsl"):
         made.append("factors factor(sums t) { return factor_of_waves(waves_of(t)); }\n")
     return replace(

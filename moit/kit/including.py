@@ -269,12 +269,18 @@ def _rename(items: list[Item]) -> dict[str, str]:
     return names
 
 
+def _parameters(item: Item) -> set[str]:
+    return {one.name for one in parameters_of(item)}
+
+
 def _renamed(text: str, names: dict[str, str]) -> str:
     return re.sub(r"\b\w+\b", lambda found: names.get(found[0], found[0]), text)
 
 
 def _rename_item(item: Item, names: dict[str, str], said: dict[str, str]) -> None:
     item.names = tuple(names[name] for name in item.names)
+    if item.kind == "function":  # a parameter may have the name of a function that it does not call
+        names = {old: new for old, new in names.items() if old not in _parameters(item)}
     for word in item.words:
         if word.kind == "name":
             again = f"{word.text}_" if word.text in RESERVED else word.text

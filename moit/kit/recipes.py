@@ -43,9 +43,24 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
         if all(getattr(plain, one) == getattr(recipe, one) for one in ("text", "made", "fixed")):
             why = "its text leaves colours as they come out"
             raise _no_kit(technique, why, f"'{technique.base_name}'")
+    return _with_blending(_as_asked(technique, recipe, own))
+
+
+def _as_asked(technique: Technique, recipe: Recipe, own: bool) -> Recipe:
     if isinstance(technique, InBlocks) and technique.block_side > 1:
         return in_blocks(technique, recipe)
     return in_own_range(recipe, technique.kind == "neural-bounded") if own else recipe
+
+
+def _with_blending(recipe: Recipe) -> Recipe:
+    """What is asked of a device whose targets of floats blend is told once."""
+    drawn = (*recipe.held, *recipe.second, *recipe.shaded, *recipe.extents)
+    blends = any(one.format.endswith("32f") and one.blend in _BLENDED for one in drawn)
+    others = tuple(one for one in recipe.limits if one != _FLOAT_BLENDING)
+    return replace(recipe, limits=(*others, *((_FLOAT_BLENDING,) if blends else ())))
+
+
+_BLENDED = ("add", "max", "multiply-complement", "over", "under")
 
 
 def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
@@ -102,8 +117,9 @@ _ORDER = (
 )
 _FLOAT_BLENDING = (
     "Targets of 32-bit floats have to blend: WebGPU needs the feature float32-blendable, Vulkan "
-    "says so by VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BLEND_BIT, and OpenGL ES needs "
-    "EXT_float_blend."
+    "says so by VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BLEND_BIT, Direct3D by "
+    "D3D12_FORMAT_SUPPORT1_BLENDABLE, Metal in its feature set tables (not all GPUs blend "
+    "RGBA32Float), and OpenGL ES needs EXT_float_blend."
 )
 
 _HALVES = (
