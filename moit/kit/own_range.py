@@ -52,7 +52,8 @@ def in_own_range(recipe: Recipe, network: bool = False) -> Recipe:
     network : whether one reads factors, that knows deviations in the camera's range.
     """
     text = recipe.made or f'#include "{recipe.text}"\n'
-    gone, behind = _CAMERAS, '#include "engine/own_range.glsl"\n'
+    gone: tuple[str, ...] = _CAMERAS
+    behind = '#include "engine/own_range.glsl"\n'
     if network:
         renamed = ("factor", "transmittance_of_sums")
         made = [*(f"#define {one} {one}_in_one" for one in renamed), text]
