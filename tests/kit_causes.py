@@ -78,6 +78,11 @@ def other_words(case: kit_cases.Case, name: str, rounds: float) -> None:
     pixels = np.unique(case.pixel[:n][others])
     print(f"{name}: {others.sum()} of {n} fragments have another word of depth in floats")
     said(f"{name}, other pixels", error[~np.isin(case.pixel[:n], pixels)])
+    one, other = (
+        moit.transmittance(Picture(case, 1).fragments(dtype), technique)
+        for dtype in (np.float32, np.float64)
+    )
+    said(f"{name}, the core in floats and the core in double", np.abs(one - other))
 
 
 if __name__ == "__main__":
