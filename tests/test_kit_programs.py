@@ -34,6 +34,12 @@ def test_options_are_those_of_the_technique(name):
     assert np.quantile(error, 0.99) < 1e-4
 
 
+def test_slices_of_an_extent_are_the_core_s_where_words_are():
+    technique = moit.technique("neural-slices5(bits=6,max_alpha=0.9,normalize=False)")
+    _, error = kit_cases.errors(technique, "glsl", case())
+    assert np.quantile(error, 0.9) < 1e-5 and np.quantile(error, 0.99) < 1e-3
+
+
 def test_totals_of_half_floats_scale_what_blocks_have():
     # which blending rounds, here once
     technique = moit.technique("slices24(table='pixel',resolution=4,total='half')")
