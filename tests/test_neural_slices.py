@@ -241,8 +241,8 @@ def test_triangles_and_splats_need_no_lists(technique):
         images = []
         for ordered in (None, "replay"):
             made = moit.render(
-                [*scene_of(kind), clear], technique, SIZE, camera=CAMERA, background=BACKGROUND, exact=True,
-                device=device(), target="rgba32f", report=True, ordered=ordered,
+                [*scene_of(kind), clear], technique, SIZE, camera=CAMERA, background=BACKGROUND,
+                device=device(), exact=True, target="rgba32f", report=True, ordered=ordered,
             )  # fmt: skip
             assert made.device == "gpu" and made.way == ("replay" if ordered else "add")
             assert ("fragments" in made.memory) == bool(ordered)
