@@ -382,10 +382,8 @@ def test_what_has_no_derivatives_is_refused():
     assert without - {"per-pixel", "python"} == set(reasons)
     assert all(moit.technique(nearest).has_gradient for _, nearest in reasons.values())
     for name, why in (
-        ("power4(resolution=2, upsampling='depth-aware')", "opaque surfaces"),
-        ("moment-transparency-lr8", "block"),
-        ("neural-bounded(resolution=2)", "block"),
-        ("transmittance-function-map(resolution=2)", "what blocks take"),
+        ("moment-transparency-lr8", "at its middle"),
+        ("moment-transparency(resolution=8, low_resolution='average')", "do not see"),
         ("slices64(resolution=2, total='full', inside='power4')", "block"),
         (moit.WeightedBlended(weight=lambda depth, alpha, color: alpha), "function"),
     ):

@@ -12,6 +12,12 @@
 
 typedef moit_moment_state state;
 
+/* Whether rules are those of fragments as doubles have them, not of their moments. */
+static bool has_exact_rules(const moit_job *job) {
+    return job->technique->kind == MOIT_POWER_MOMENTS && job->given == MOIT_FLOAT64
+           && job->bias < MOIT_LITTLE_BIAS && !job->blocks && !moit_any_state(job).holds;
+}
+
 /* A tile as rays of lanes read it, what was found kept in `by`. */
 static moit_ray_state rays_of(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
     const moit_technique *technique = job->technique;
@@ -22,6 +28,7 @@ static moit_ray_state rays_of(const moit_job *job, const moit_tile *tile, const 
                             .own = technique->moments.exclude_self ? tile->absorbance : NULL,
                             .rules = tile->rules,
                             .b0 = tile->b0,
+                            .low = has_exact_rules(job) ? by->low : NULL,
                             .beta = technique->moments.overestimation,
                             .kept = by->kept,
                             .apart = by->apart};
@@ -127,6 +134,18 @@ void moit_moments_weigh_again(const moit_job *job, moit_tile *tile, const moit_a
     const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(job->technique, job->run->isa);
     moit_moments_gather(job, tile);
     moit_moments_read_tile(job, tile);
+    if (has_exact_rules(job)) {
+        moit_moment_steps steps = moit_technique_moments(job->technique, MOIT_FLOAT64);
+        moit_exact_rays exact = {.pixels = tile->pixels,
+                                 .offsets = tile->offsets,
+                                 .a = tile->absorbance,
+                                 .z = tile->z,
+                                 .bias = job->bias,
+                                 .safe = steps.safe,
+                                 .rules = tile->rules,
+                                 .low = by->low};
+        adjoints->exact_rules(job->technique->count, &exact);
+    }
     moit_ray_state rays = rays_of(job, tile, by);
     adjoints->rays.absorbance(&rays, tile->T);
     if (!tile->absorbed) job->stages->decay(tile->fragments, tile->T, tile->T);

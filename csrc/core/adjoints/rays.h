@@ -12,6 +12,7 @@ typedef struct moit_ray_state {
     const int32_t *offsets;
     const void *z, *own; /* own: absorbances, where a surface does not occlude itself; or NULL */
     const double *rules, *b0;
+    const double *low; /* (pixels, nodes) what is left of rules' nodes; or NULL */
     double beta;
     void *kept; /* columns, `apart` numbers from one to the next */
     int64_t apart;

@@ -8,6 +8,8 @@ FN void NAMED(block_rows)(const moit_ray_state *o, const ray_block *block,
                           SCALAR (*row)[BLOCK_ROW]) {
     for (int r = 0; r < block->rays; ++r) {
         NAMED(rule_into_rows)(row, r, o->rules + block->pixel[r] * MOIT_RULE_SIZE(2 * NODES));
+        for (int i = 0; o->low && i < NODES; ++i)
+            row[NODES + i][r] += (SCALAR)o->low[block->pixel[r] * NODES + i];
         row[3 * NODES + 1][r] = (SCALAR)o->b0[block->pixel[r]];
     }
 }

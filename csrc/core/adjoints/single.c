@@ -46,7 +46,7 @@ typedef struct {
 
 typedef struct {
     float *kept, *A, *T, *by_A, *by_a, *by_z, *by_alpha, *by_depth, *by_color;
-    double *a, *z, *b, *sums, *by_sums, *by_b0;
+    double *a, *z, *b, *sums, *by_sums, *by_b0, *by_behind;
     bool *is_hard;
     hard_pixels hard;
     int64_t apart;
@@ -71,6 +71,7 @@ static size_t lay_out(size_t n, size_t pixels, char *memory, room *r) {
                  {&r->sums, 4 * pixels, sizeof(double)},
                  {&r->by_sums, 4 * pixels, sizeof(double)},
                  {&r->by_b0, pixels, sizeof(double)},
+                 {&r->by_behind, 3 * pixels, sizeof(double)},
                  {&r->b, MOIT_MOST_NUMBERS * pixels, sizeof(double)},
                  {&r->kept, MOIT_KEPT * n, sizeof(float)},
                  {&r->A, n, sizeof(float)},
@@ -128,30 +129,28 @@ static void gather(const moit_job *job, moit_tile *tile, const room *r) {
     precise->decay(tile->pixels, tile->double_b0, tile->total);
 }
 
-/* Of each pixel, by its sums and by the total b0; color_by: by what is behind. */
+/* Of each pixel, by its sums, by the total b0 and by what is behind. */
 static void pull_pixels(const moit_job *job, const moit_tile *tile, const moit_single_asked *asked,
                         const room *r) {
     const float *color = job->fragments->color;
     for (int p = 0; p < tile->pixels; ++p) {
         int64_t pixel = tile->first_pixel + p;
         const float *seed = asked->seed + 4 * pixel;
-        const double *sum = r->sums + 4 * p, *behind = asked->background;
+        const double *sum = r->sums + 4 * p, *behind = asked->behind->color;
         double *by_sum = r->by_sums + 4 * p, total = tile->total[p], by_total = 0.0, scale = 1.0;
         double inverse = 0.0, by_scale = 0.0;
         bool hides = tile->opaque && tile->opaque[p] >= 0;
         bool scales = job->technique->normalize && sum[3] > 0.0;
         int64_t last = hides ? tile->first_fragment + tile->opaque[p] : 0;
-        if (asked->per_pixel) behind += 3 * pixel;
+        if (asked->behind->per_pixel) behind += 3 * pixel;
         if (scales) inverse = 1.0 / sum[3];
         if (scales) scale = moit_covered_by(tile->double_b0[p], total) * inverse;
         for (int c = 0; c < 3; ++c) {
             double g = (double)seed[c], shown = hides ? (double)color[3 * last + c] : behind[c];
-            double by_behind = g * total;
+            r->by_behind[3 * p + c] = g * total;
             by_sum[c] = g * scale;
             by_total += g * shown;
             by_scale += g * sum[c];
-            if (asked->out->background)
-                asked->out->background[3 * pixel + c] = hides ? 0.0 : by_behind;
         }
         by_sum[3] = -by_scale * scale * inverse;
         by_total -= by_scale * inverse;
@@ -164,7 +163,7 @@ static void pull_pixels(const moit_job *job, const moit_tile *tile, const moit_s
 /* By the colours of opaque surfaces, which stand where the picture's background would. */
 static void give_opaque(const moit_tile *tile, const moit_single_asked *asked) {
     float *to = asked->out->color;
-    for (int p = 0; asked->background && to && tile->opaque && p < tile->pixels; ++p)
+    for (int p = 0; asked->behind && to && tile->opaque && p < tile->pixels; ++p)
         for (int c = 0; tile->opaque[p] >= 0 && c < 3; ++c)
             to[3 * (tile->first_fragment + tile->opaque[p]) + c] =
                 (float)((double)asked->seed[4 * (tile->first_pixel + p) + c] * tile->total[p]);
@@ -330,7 +329,7 @@ bool moit_single_backwards(const moit_job *job, moit_tile *tile, const moit_sing
                             .kept = r.kept,
                             .apart = r.apart};
     adjoints->rays.absorbance(&state, r.A);
-    (asked->background ? pull_picture : pull_fragments)(job, tile, asked, &r);
+    (asked->behind ? pull_picture : pull_fragments)(job, tile, asked, &r);
     moit_ray_pull pull = {.by = r.by_A,
                           .a = tile->absorbance,
                           .by_b0 = r.by_b0,
@@ -339,7 +338,7 @@ bool moit_single_backwards(const moit_job *job, moit_tile *tile, const moit_sing
                           .by_z = r.by_z,
                           .is_hard = r.is_hard};
     if (!adjoints->rays.pull(&state, &pull)) return false;
-    pull_hard(job, tile, &r, asked->background && technique->normalize);
+    pull_hard(job, tile, &r, asked->behind && technique->normalize);
     moit_single_slopes slopes = {.n = tile->fragments,
                                  .most = job->max_alpha,
                                  .warp = &job->warp,
@@ -355,5 +354,6 @@ bool moit_single_backwards(const moit_job *job, moit_tile *tile, const moit_sing
     give(tile, asked->out->alpha, 1, r.by_alpha);
     give(tile, asked->out->color, 3, r.by_color);
     give_opaque(tile, asked);
+    if (asked->behind) moit_behind_give(asked->behind, tile, r.by_behind);
     return true;
 }

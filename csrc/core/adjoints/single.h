@@ -47,9 +47,8 @@ extern const moit_single_adjoints moit_single_adjoints_base, moit_single_adjoint
 
 /* What the way back is asked with: of a picture, or of the transmittance in front of fragments. */
 typedef struct moit_single_asked {
-    const double *background; /* of a picture; else NULL */
-    bool per_pixel;
-    const float *seed; /* (pixels, 4) of a picture; or of each fragment */
+    const moit_behind *behind; /* of a picture; else NULL */
+    const float *seed;         /* (pixels, 4) of a picture; or of each fragment */
     const moit_gradients *out;
 } moit_single_asked;
 
