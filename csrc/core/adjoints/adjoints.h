@@ -54,7 +54,9 @@ void moit_adjoint_begin(const moit_job *job, const moit_tile *tile, const moit_a
 moit_readings moit_readings_of(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
                                int p, bool excludes);
 
-/* 1 - total of a total exp(-b0), to its last digits where that is next to 1, too. */
+/* 1 - total of a total exp(-b0), to its last digits where that is next to 1, too: of a b0 that is
+ * less than that it is not the difference. */
+#define MOIT_LITTLE_COVERED 1e-3
 double moit_covered_by(double b0, double total);
 
 /* Of an absorbance by alpha, which counts at `most` or up to it. */

@@ -24,8 +24,8 @@ typedef struct moit_ray_pull {
     double keeps;        /* of means */
     bool leaves_depths;  /* of rays that moments say all of: by_z is 0 (moit_leave_depths) */
     void *by_a, *by_z;   /* are filled */
-    bool *is_hard;       /* of floats: (pixels) is filled of those with fragments, whether floats
-                           * have too few digits; or NULL */
+    bool *is_hard;       /* of floats: (pixels) whether these have too few digits: those that are
+                           * known to be hard get no answer, of the others it is told; or NULL */
 } moit_ray_pull;
 
 typedef struct moit_ray_adjoints {
