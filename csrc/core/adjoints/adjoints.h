@@ -19,7 +19,7 @@ typedef struct moit_adjoint {
     double *curve_z; /* (pixels, depths) by z of the job's depths */
     double *kept;    /* (columns, `apart`) that `weigh_again` has left */
     int64_t apart;
-    double *low; /* (pixels, nodes) of rules that `weigh_again` has sought so; or NULL */
+    double *low; /* (pixels, nodes + 1) of rules that `weigh_again` has sought so; or NULL */
     const struct moit_block_slopes *blocks; /* where pixels read blocks; else NULL */
 } moit_adjoint;
 

@@ -87,29 +87,23 @@ FN NAMED(rule) NAMED(exact_rule)(NAMED(exact_recurrence) *c) {
     return r;
 }
 
-/* Of LANES pixels from `p` on, of which some may not be there. */
-FN NAMED(exact_moments) NAMED(exact_moments_of)(const moit_exact_rays *o, int p) {
+/* Of LANES pixels, of which some may not be there. */
+FN NAMED(exact_moments) NAMED(exact_moments_of)(const moit_exact_rays *o, const pixel_columns *c) {
     NAMED(exact_moments) m;
-    int first[LANES], count[LANES], most = 0;
-    for (int lane = 0; lane < LANES; ++lane) {
-        int pixel = p + lane < o->pixels ? p + lane : p;
-        first[lane] = o->offsets[pixel];
-        count[lane] = o->offsets[pixel + 1] - first[lane];
-        most = count[lane] > most ? count[lane] : most;
-    }
     for (int k = 0; k <= 2 * NODES; ++k) m.b[k] = pair_of(K(0.0));
-    for (int i = 0; i < most; ++i) {
-        real a = K(0.0), z = K(0.0);
-        for (int lane = 0; lane < LANES; ++lane)
-            if (i < count[lane]) {
-                a[lane] = o->a[first[lane] + i];
-                z[lane] = o->z[first[lane] + i];
+    for (int from = 0; from < c->most; from += LANES) {
+        real a[LANES], z[LANES];
+        number_columns(c, o->a, from, a);
+        number_columns(c, o->z, from, z);
+        for (int i = 0; i < LANES && from + i < c->most; ++i) {
+            truth there = c->counts > (truth){0} + (bits)(from + i);
+            pair power = pair_of(select(there, a[i], K(0.0)));
+            real at = select(there, z[i], K(0.0));
+            m.b[0] = pair_sum(m.b[0], power);
+            for (int k = 1; k <= 2 * NODES; ++k) {
+                power = pair_product(power, pair_of(at));
+                m.b[k] = pair_sum(m.b[k], power);
             }
-        pair power = pair_of(a);
-        m.b[0] = pair_sum(m.b[0], power);
-        for (int k = 1; k <= 2 * NODES; ++k) {
-            power = pair_product(power, pair_of(z));
-            m.b[k] = pair_sum(m.b[k], power);
         }
     }
     truth some = m.b[0].high > K(LEAST_EXACT_MASS);
@@ -124,23 +118,41 @@ FN NAMED(exact_moments) NAMED(exact_moments_of)(const moit_exact_rays *o, int p)
     return m;
 }
 
-static void NAMED(exact_rules)(const moit_exact_rays *o) {
-    for (int p = 0; p < o->pixels; p += LANES) {
-        NAMED(exact_moments) m = NAMED(exact_moments_of)(o, p);
-        NAMED(exact_recurrence) c = NAMED(exact_recurrence_of)(&m);
-        NAMED(rule) r = NAMED(exact_rule)(&c);
-        real d = c.square[1].high;
-        for (int k = 2; k <= NODES; ++k) d = d * c.square[k].high;
-        for (int lane = 0; lane < LANES && p + lane < o->pixels; ++lane) {
-            double *rule = o->rules + (p + lane) * MOIT_RULE_SIZE(2 * NODES);
-            double *low = o->low + (p + lane) * NODES;
-            for (int i = 0; i < NODES; ++i) {
-                low[i] = c.fits[lane] ? r.g_low[i][lane] : 0.0;
-                if (!c.fits[lane]) continue;
-                rule[i] = r.g[i][lane];
-                rule[NODES + i] = r.e[i][lane];
-            }
-            if (c.fits[lane]) rule[2 * NODES] = d[lane];
+/* Where they fit; of nothing some rule. Whether that is all there is. */
+FN bool NAMED(put_rules)(const moit_exact_rays *o, const pixel_columns *c, int n,
+                         const NAMED(exact_recurrence) *e, const NAMED(rule) *r) {
+    bool all = true;
+    real d = e->square[1].high;
+    for (int k = 2; k <= NODES; ++k) d = d * e->square[k].high;
+    for (int lane = 0; lane < LANES && lane < n; ++lane) {
+        double *rule = o->rules + c->pixel[lane] * MOIT_RULE_SIZE(2 * NODES);
+        double *low = o->low + c->pixel[lane] * (NODES + 1);
+        bool fits = e->fits[lane], nothing = o->b0[c->pixel[lane]] == 0.0;
+        low[NODES] = fits ? 1.0 : 0.0;
+        all = all && (fits || nothing);
+        for (int i = 0; i < NODES; ++i) {
+            low[i] = fits ? r->g_low[i][lane] : 0.0;
+            if (!fits && !nothing) continue;
+            rule[i] = fits ? r->g[i][lane] : i;
+            rule[NODES + i] = fits ? r->e[i][lane] : 1.0;
+        }
+        if (fits || nothing) rule[2 * NODES] = fits ? d[lane] : 1.0;
+    }
+    return all;
+}
+
+static bool NAMED(exact_rules)(const moit_exact_rays *o) {
+    bool all = true;
+    int order[COLUMN_PIXELS + LANES];
+    for (int first = 0; first < o->pixels; first += COLUMN_PIXELS) {
+        int n = pixels_by_count(first, o->pixels, o->offsets, order);
+        for (int k = 0; k < n; k += LANES) {
+            pixel_columns c = columns_from(n - k, order + k, o->offsets);
+            NAMED(exact_moments) m = NAMED(exact_moments_of)(o, &c);
+            NAMED(exact_recurrence) e = NAMED(exact_recurrence_of)(&m);
+            NAMED(rule) r = NAMED(exact_rule)(&e);
+            all = NAMED(put_rules)(o, &c, n - k, &e, &r) && all;
         }
     }
+    return all;
 }

@@ -130,21 +130,32 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
     }
 }
 
+/* Whether all pixels that absorb have rules by their fragments. */
+static bool read_exactly(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
+    moit_moment_steps steps = moit_technique_moments(job->technique, MOIT_FLOAT64);
+    moit_exact_rays rays = {.pixels = tile->pixels,
+                            .offsets = tile->offsets,
+                            .a = tile->absorbance,
+                            .z = tile->z,
+                            .b0 = tile->b0,
+                            .bias = job->bias,
+                            .safe = steps.safe,
+                            .rules = tile->rules,
+                            .low = by->low};
+    bool all = moit_moment_adjoints_of(job->technique, job->run->isa)
+                   ->exact_rules(job->technique->count, &rays);
+    memcpy(tile->double_b0, tile->b0, (size_t)tile->pixels * sizeof *tile->double_b0);
+    job->precise->decay(tile->pixels, tile->double_b0, tile->total);
+    return all;
+}
+
 void moit_moments_weigh_again(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
     const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(job->technique, job->run->isa);
     moit_moments_gather(job, tile);
-    moit_moments_read_tile(job, tile);
-    if (has_exact_rules(job)) {
-        moit_moment_steps steps = moit_technique_moments(job->technique, MOIT_FLOAT64);
-        moit_exact_rays exact = {.pixels = tile->pixels,
-                                 .offsets = tile->offsets,
-                                 .a = tile->absorbance,
-                                 .z = tile->z,
-                                 .bias = job->bias,
-                                 .safe = steps.safe,
-                                 .rules = tile->rules,
-                                 .low = by->low};
-        adjoints->exact_rules(job->technique->count, &exact);
+    bool exact = has_exact_rules(job);
+    if (!exact || !read_exactly(job, tile, by)) {
+        moit_moments_read_tile(job, tile);
+        if (exact) read_exactly(job, tile, by); /* those that have some */
     }
     moit_ray_state rays = rays_of(job, tile, by);
     adjoints->rays.absorbance(&rays, tile->T);

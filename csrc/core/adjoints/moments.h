@@ -28,11 +28,11 @@ typedef struct moit_rows {
 enum { MOIT_ROWS_COUNT = 4 };
 
 /* Rays of fragments whose rules are sought with twice the digits: where there are such, they are
- * written over `rules`, and `low` (pixels, nodes) has the rest of nodes, else 0. */
+ * written over `rules`. low: (pixels, nodes + 1) the rest of nodes, and 1; else 0. */
 typedef struct moit_exact_rays {
     int pixels;
     const int32_t *offsets;
-    const double *a, *z; /* (fragments) */
+    const double *a, *z, *b0; /* (fragments), padded; (pixels) */
     double bias;
     const double *safe;
     double *rules, *low;
@@ -40,7 +40,7 @@ typedef struct moit_exact_rays {
 
 /* With less bias rules are sought so, of rays of at least that much absorbance. */
 #define MOIT_LITTLE_BIAS 1e-9
-#define LEAST_EXACT_MASS 1e-200
+#define LEAST_EXACT_MASS 1e-100
 
 /* Of a family of moments, as moit_stages.moments has them. Arrays of places are padded. */
 typedef struct moit_moment_adjoints {
@@ -65,8 +65,8 @@ typedef struct moit_moment_adjoints {
                           double *y, double *ahead);
     /* What `n` rays from `first` on bound, and slopes, by one loop. NULL: there is no such. */
     void (*bound_rows)(int count, const moit_rows *rows, int64_t first, int n);
-    /* NULL: there are no such. */
-    void (*exact_rules)(int count, const moit_exact_rays *rays);
+    /* Whether all rays that absorb have such a rule; NULL: none has. */
+    bool (*exact_rules)(int count, const moit_exact_rays *rays);
     /* Of many pixels at once; NULL: there are no such. */
     moit_ray_adjoints rays;
 } moit_moment_adjoints;
@@ -75,7 +75,7 @@ extern const moit_moment_adjoints moit_moment_adjoints_base[2], moit_moment_adjo
     moit_moment_adjoints_avx512[2];
 
 /* With less bias than that, rays of no more fragments than the rule has nodes are exact wherever
- * these lie. Steps of the curve and moments that move with them take each other away then, and what
+ * these lie, as far as their moments tell. Steps of the curve and moments that move with them take each other away then, and what
  * is left of both is rounding. */
 #define MOIT_NO_BIAS 1e-12
 

@@ -4,6 +4,7 @@
 #include "core/stages/lanes.h"
 #include "core/stages/quads.h"
 #include "core/stages/rays.h"
+#include "core/stages/columns.h"
 
 /* Which lanes are among the first n. */
 FN truth among_first(int n) {
@@ -108,12 +109,12 @@ static void pull_each(int count, int n, const double *rules, const double *b0, c
     }
 }
 
-static void exact_rules(int count, const moit_exact_rays *rays) {
+static bool exact_rules(int count, const moit_exact_rays *rays) {
     switch (count) {
-    case 2: exact_rules1(rays); break;
-    case 4: exact_rules2(rays); break;
-    case 6: exact_rules3(rays); break;
-    default: exact_rules4(rays);
+    case 2: return exact_rules1(rays);
+    case 4: return exact_rules2(rays);
+    case 6: return exact_rules3(rays);
+    default: return exact_rules4(rays);
     }
 }
 

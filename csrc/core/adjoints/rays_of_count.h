@@ -9,7 +9,7 @@ FN void NAMED(block_rows)(const moit_ray_state *o, const ray_block *block,
     for (int r = 0; r < block->rays; ++r) {
         NAMED(rule_into_rows)(row, r, o->rules + block->pixel[r] * MOIT_RULE_SIZE(2 * NODES));
         for (int i = 0; o->low && i < NODES; ++i)
-            row[NODES + i][r] += (SCALAR)o->low[block->pixel[r] * NODES + i];
+            row[NODES + i][r] += (SCALAR)o->low[block->pixel[r] * (NODES + 1) + i];
         row[3 * NODES + 1][r] = (SCALAR)o->b0[block->pixel[r]];
     }
 }
@@ -134,6 +134,7 @@ static void NAMED(pull_block)(const moit_ray_state *o, const moit_ray_pull *by,
     give_block(by, block, &of);
     for (int r = 0; by->leaves_depths && r < block->rays; ++r) {
         int first = offsets[block->pixel[r]], count = offsets[block->pixel[r] + 1] - first;
+        if (o->low && o->low[block->pixel[r] * (NODES + 1) + NODES] > 0.0) continue;
         for (int i = 0; count <= NODES && i < count; ++i) ((SCALAR *)by->by_z)[first + i] = 0;
     }
     for (int k = 0; by->is_hard && k < some.count; k += 4) {

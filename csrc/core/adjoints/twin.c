@@ -63,7 +63,7 @@ static size_t lay_out(const moit_job *wide, size_t n, size_t pixels, char *memor
     t->by.apart = (int64_t)n;
     t->by.kept = doubles(memory, &used, keeps ? MOIT_KEPT * n : 0);
     if (!keeps) t->by.kept = NULL;
-    t->by.low = doubles(memory, &used, keeps ? MOST_NODES * pixels : 0);
+    t->by.low = doubles(memory, &used, keeps ? (MOST_NODES + 1) * pixels : 0);
     t->sums = doubles(memory, &used, 4 * pixels);
     t->by_sums = doubles(memory, &used, 4 * pixels);
     return used;
