@@ -222,12 +222,12 @@ static void take_all(const moit_job *job, const moit_tile *tile, const moit_adjo
     }
 }
 
-void moit_moments_pull_blocks(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
+void moit_moments_pull_blocks(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
+                              moit_read_pixel *read) {
     moit_moment_state s = moit_any_state(job);
     moit_moment_steps steps = moit_technique_moments(job->technique, MOIT_FLOAT64);
     giving to = {job, tile, by->blocks, steps.safe};
     bool own_total = job->technique->full_total;
-    bool bounded = job->technique->kind == MOIT_BOUNDED_NEURAL;
     moit_blocks_around around;
     moit_shape shape;
     for (int p = 0; p < tile->pixels; ++p) {
@@ -239,12 +239,11 @@ void moit_moments_pull_blocks(const moit_job *job, const moit_tile *tile, const 
         moit_readings at = moit_readings_of(job, tile, by, p, job->technique->moments.exclude_self);
         if (by->kept && !job->depths) at.kept = by->kept + first, at.apart = by->apart;
         double by_b0 = own_total ? -tile->total[p] * by->total[p] : 0.0;
-        if (s.b0 > 0.0 && bounded)
-            by_b0 += moit_bounded_read_pixel(job, tile, &s, p, by, S, &shape);
+        if (s.b0 > 0.0 && read) by_b0 += read(job, tile, &s, p, by, S, &shape);
         else if (s.b0 > 0.0)
             by_b0 += s.adjoints->sum_pulled(s.count, &s.zone, &at, s.rule, s.b0, s.beta, S);
         if (to.slopes->collects)
-            give_to_blocks(&to, p, &s, S, bounded && s.b0 > 0.0 ? &shape : NULL,
+            give_to_blocks(&to, p, &s, S, read && s.b0 > 0.0 ? &shape : NULL,
                            own_total ? 0.0 : by_b0, &around, i);
         for (int k = first; own_total && k < tile->offsets[p + 1]; ++k) by->work[2][k] += by_b0;
     }

@@ -38,7 +38,9 @@ void moit_mix_blocks(const moit_job *job, const moit_tile *tile, int p, int coun
  * 0 while blocks collect. */
 void moit_take_sums(const moit_tile *tile, const moit_adjoint *by, int p, double *by_numbers);
 
-/* Of techniques of moments, in place of what goes back through pixels' own states. */
-void moit_moments_pull_blocks(const moit_job *job, const moit_tile *tile, const moit_adjoint *by);
+/* Of techniques of moments, in place of what goes back through pixels' own states. read: NULL: what
+ * is absorbed in front of depths is read, as moments have it. */
+void moit_moments_pull_blocks(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
+                              moit_read_pixel *read);
 
 #endif

@@ -115,9 +115,8 @@ static void pull_places(const moit_job *job, const moit_moment_state *s, const d
     }
 }
 
-double moit_bounded_read_pixel(const moit_job *job, const moit_tile *tile,
-                               const moit_moment_state *s, int p, const moit_adjoint *by, double *S,
-                               moit_shape *shape) {
+static double read_pixel(const moit_job *job, const moit_tile *tile, const moit_moment_state *s,
+                         int p, const moit_adjoint *by, double *S, moit_shape *shape) {
     const double *outline = moit_bounded_outlines(job, tile) + p * MOIT_OUTLINE_SIZE;
     double *by_least = tile->bounds[0], *by_most = tile->bounds[1], more[MOIT_MOST_TERMS];
     double column[(MOST_INPUTS + 2) * STRIDE], by_b0 = 0.0;
@@ -150,7 +149,7 @@ void moit_bounded_pull_pixel(const moit_job *job, const moit_tile *tile, const m
     int first = tile->offsets[p];
     double S[MOIT_MOST_TERMS], by_b0 = -tile->total[p] * by->total[p];
     moit_shape shape;
-    by_b0 += moit_bounded_read_pixel(job, tile, s, p, by, S, &shape);
+    by_b0 += read_pixel(job, tile, s, p, by, S, &shape);
     moit_give_state(s, S, &shape, by_b0, tile->points[0] + first, tile->points[1] + first,
                     by->work[1] + first, by->work[2] + first);
 }
@@ -158,7 +157,7 @@ void moit_bounded_pull_pixel(const moit_job *job, const moit_tile *tile, const m
 void moit_bounded_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
     moit_moment_state s = moit_any_state(job);
     moit_adjoint_begin(job, tile, by);
-    if (by->blocks) moit_moments_pull_blocks(job, tile, by);
+    if (by->blocks) moit_moments_pull_blocks(job, tile, by, read_pixel);
     for (int p = 0; !by->blocks && p < tile->pixels; ++p) {
         moit_move_state(tile, p, &s);
         if (s.b0 > 0.0) {

@@ -170,7 +170,7 @@ void moit_moments_pull_back(const moit_job *job, moit_tile *tile, const moit_adj
     moit_adjoint_begin(job, tile, by);
     for (int p = 0; !multiplies && !job->blocks && p < tile->pixels; ++p)
         by->total[p] *= -tile->total[p]; /* by b0 from here on */
-    if (job->blocks) moit_moments_pull_blocks(job, tile, by);
+    if (job->blocks) moit_moments_pull_blocks(job, tile, by, NULL);
     else if (multiplies && job->technique->transparency.passes == 2) pull_two_passes(job, tile, by);
     else if (multiplies || !pull_together(job, tile, by)) pull_one_pass(job, tile, by, multiplies);
     moit_adjoint_of_absorbance(job, tile, by);

@@ -129,11 +129,13 @@ void moit_moments_of_terms(const moit_moment_adjoints *adjoints, int family,
                            const moit_wrapping_zone *zone, int nodes, const double *rule,
                            const double *S, double *by_b);
 
-/* Of a pixel of bounded neural transmittance: what was read of its state. Fills S (MOIT_MOST_TERMS)
- * and shape, and gives what b0 changes by; then all the way back to its fragments. */
-double moit_bounded_read_pixel(const moit_job *job, const moit_tile *tile,
+/* What was read of pixel p's state: fills S (MOIT_MOST_TERMS) and shape, and gives what b0 changes
+ * by. */
+typedef double moit_read_pixel(const moit_job *job, const moit_tile *tile,
                                const moit_moment_state *s, int p, const moit_adjoint *by, double *S,
                                moit_shape *shape);
+
+/* Of a pixel of bounded neural transmittance. */
 void moit_bounded_pull_pixel(const moit_job *job, const moit_tile *tile, const moit_moment_state *s,
                              int p, const moit_adjoint *by);
 

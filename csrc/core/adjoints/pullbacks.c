@@ -322,16 +322,6 @@ static void totals_backwards(const moit_job *job, const moit_tile *tile, moit_tw
     pull(t, total, t->by.alpha);
 }
 
-void moit_behind_give(const moit_behind *behind, const moit_tile *tile, const double *by_pixel) {
-    double *sum = behind->by ? behind->by + 3 * (tile->first_pixel / behind->run) : NULL;
-    for (int p = 0; behind->by && p < tile->pixels; ++p)
-        for (int c = 0; c < 3; ++c) {
-            double by = opaque_at(tile, p) ? 0.0 : by_pixel[3 * p + c];
-            if (behind->per_pixel) behind->by[3 * (tile->first_pixel + p) + c] = by;
-            else sum[c] += by;
-        }
-}
-
 /* By the colours of opaque surfaces, which are behind all else. */
 static void give_opaque(const moit_job *job, const moit_tile *tile, const moit_twin *t,
                         const pulling *how) {

@@ -161,6 +161,16 @@ void moit_twin_give(const moit_job *job, const moit_tile *tile, moit_twin *t,
     give(job, tile, out->transmission, 3, t->by.color);
 }
 
+void moit_behind_give(const moit_behind *behind, const moit_tile *tile, const double *by_pixel) {
+    double *sum = behind->by ? behind->by + 3 * (tile->first_pixel / behind->run) : NULL;
+    for (int p = 0; behind->by && p < tile->pixels; ++p)
+        for (int c = 0; c < 3; ++c) {
+            double by = (tile->opaque && tile->opaque[p] >= 0) ? 0.0 : by_pixel[3 * p + c];
+            if (behind->per_pixel) behind->by[3 * (tile->first_pixel + p) + c] = by;
+            else sum[c] += by;
+        }
+}
+
 /* ---- Techniques that prepare the image ------------------------------------------------------- */
 
 /* An array of floats in double, or NULL where there is none; *failed: there is no memory. */
