@@ -565,8 +565,6 @@ def test_an_unknown_language_lists_those_there_are(tmp_path):
         ("slices8(resolution=2,total='byte')", "a byte.*nearest is \"slices8.*'half'"),
         ("slices8(resolution=2,upsampling='depth-aware')", "totals alone.*nearest is"),
         ("avboit(resolution=1,depth_range='pixel')", "own extent.*nearest is 'avboit'"),
-        ("strong5(key_bits=64)", "64 bits.*nearest is 'strong5'"),
-        ("anchors4(key_bits=64)", "64 bits.*nearest is 'anchors4'"),
         ("anchors4(depth_range='pixel')", "own extent.*nearest is 'anchors4'"),
         (
             "front2(tail=\"power4(depth_range='pixel')\")",
