@@ -12,7 +12,7 @@ from moit.catalog.targets import shipped_targets_of
 from moit.kit.gathered import PICTURE, SHADING, Program
 from moit.kit.gathered_recipes import ATOMICS, EARLY, of_a_picture
 from moit.kit.memory import Memory
-from moit.kit.recipe import Recipe, no_kit, recipe_for, warp_constants
+from moit.kit.recipe import Recipe, recipe_for, warp_constants
 
 
 @recipe_for("anchors")

@@ -173,7 +173,7 @@ def factors_shade(include: Include) -> list[str]:
         made = shading_lines(include.language.name, shading, call, shaded)
         return [*factors_read(include), *made]
     if include.state is None:
-        return [*factors_read(include), *(one for one in lines if "moit_factor(" not in one)]
+        return [*factors_read(include), *(one for one in lines if " pixel = " not in one)]
     through = "float through = moit_transmittance(pixel, moit_warped(depth), alpha);"
     return [*factors_read(include), through, lines[-1]]
 

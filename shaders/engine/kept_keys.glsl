@@ -42,9 +42,9 @@ uvec2 key_at(uint first, int k) {
 }
 
 float word_of_key(uvec2 key) {
-    uint near = key.x - 1u;
-    float digits = float(255u - (near & 255u)) * 0.00390625;
-    return key.x > 0u ? float(65535u - ((near >> 8) & 65535u)) + digits : ANCHOR_NOWHERE;
+    uint upper = key.x - 1u;
+    float digits = float(255u - (upper & 255u)) * 0.00390625;
+    return key.x > 0u ? float(65535u - ((upper >> 8) & 65535u)) + digits : ANCHOR_NOWHERE;
 }
 
 float absorbance_of_key(uvec2 key) {
