@@ -97,14 +97,14 @@ def test_the_range_that_checks_find_is_that_of_all_numbers(options):
     offsets = np.array([0, 3, len(arrays[0])])
     span, transparent = default_range(arrays)
     for threads in (1, 3):
-        fault, found = _core.check_fragments(offsets, *arrays, -np.inf, np.inf, threads)
-        assert fault is None
+        held, fault, found = _core.check_fragments(offsets, *arrays, -np.inf, np.inf, threads)
+        assert fault is None and held.tolist() == offsets.tolist()
         if "transmission" in options:  # it takes more than alpha to tell
             assert found is None
         else:
             assert found == (*span, transparent)
     none = [None if a is None else a[:0] for a in arrays]
-    assert _core.check_fragments(np.array([0]), *none, 1, 2, 1) == (None, (1.0, 1.0, False))
+    assert _core.check_fragments(np.array([0]), *none, 1, 2, 1)[1:] == (None, (1.0, 1.0, False))
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -121,8 +121,21 @@ def test_the_first_of_two_faults_is_found_by_any_threads(dtype):
         kept = arrays[name][at]
         arrays[name][at] = wrong
         for threads in (1, 2):
-            fault, span = _core.check_fragments(offsets, *arrays, -np.inf, np.inf, threads)
+            _, fault, span = _core.check_fragments(offsets, *arrays, -np.inf, np.inf, threads)
             assert (fault, span) == ((("depth", "alpha", "", "", "back")[name], at), None)
         arrays[name][at] = kept
-    offsets[67000] = offsets[66999] - 1
-    assert _core.check_fragments(offsets, *arrays, -np.inf, np.inf, 2)[0] == ("offsets", 67000)
+    for at in (65536, 67000):  # where a thread's part begins, and within one
+        wrong = offsets.copy()
+        wrong[at] = wrong[at - 1] - 1
+        held, fault, _ = _core.check_fragments(wrong, *arrays, -np.inf, np.inf, 2)
+        assert fault == ("offsets", at) and not held.flags.writeable
+
+
+@pytest.mark.parametrize("pixels", [0, 1, 65535, 65536, 65537, 131072])
+def test_offsets_are_copied_whole_and_what_is_held_is_not_copied_again(pixels):
+    offsets = np.arange(pixels + 1)
+    held = moit.Fragments(offsets, np.ones(pixels), np.zeros(pixels)).offsets
+    np.testing.assert_array_equal(held, offsets)
+    assert not np.shares_memory(held, offsets)
+    again = moit.Fragments(held, np.ones(pixels), np.zeros(pixels)).offsets
+    assert np.shares_memory(again, held)

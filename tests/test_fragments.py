@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import moit
+from moit import _core
 from moit.fragments.squares import squares_of
 
 
@@ -74,8 +75,9 @@ def test_offsets_are_a_copy_that_cannot_be_changed():
     f = moit.Fragments(offsets, [1, 2, 3], [0.5, 0.5, 0.5])
     offsets[1] = 2**40
     assert f.offsets.tolist() == [0, 1, 3]
-    with pytest.raises(ValueError):
-        f.offsets.flags.writeable = True
+    for held in (f.offsets, f.sorted().offsets, _core.frozen(offsets)):
+        with pytest.raises(ValueError):
+            held.flags.writeable = True
 
 
 def test_an_array_changed_later_shows_and_sorts_without_harm():
