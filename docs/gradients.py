@@ -255,19 +255,22 @@ alpha = alpha - rate * d.alpha
 
 - There are derivatives of `sorted`, `unsorted`, `weighted-sum`, `weighted-average`, `wboit` with
   each named weight; power and trigonometric moments, Moment Transparency in one and two passes,
-  `neural-bounded`, `neural` and `dfa` (of their weights, too: `Gradients.network`), Fourier
-  opacity, transmittance function maps, wavelets, `slices` (what rounding to steps adds stays as it
-  is); depth peeling, the k-buffer, `hybrid`, and `front` over its tails (which fragments are kept
+  `neural-bounded`, `neural`, `neural-slices` and `dfa` (of their weights, too:
+  `Gradients.network`), Fourier opacity, transmittance function maps, wavelets, `slices` (what
+  rounding to steps adds stays as it is; of `neural-slices` to a pixel's ends, too, as does between
+  which slices a network sees a fragment, where its answer jumps);
+  depth peeling, the k-buffer, `hybrid`, and `front` over its tails (which fragments are kept
   stays); `stochastic`, whose samples estimate those of `sorted`. State of 16 bits (words, half
   floats, targets) and keys of 32 move as if they held all digits. Slices within what moments
   prove move as these where they are at a bound. Others are refused with a sentence that says why,
   and what is nearest that has some. Not there yet: volumes, Gaussians and emission; the GPU.
 - With `resolution=` states are means of blocks of pixels, of which pixels read the four around
-  them: power and trigonometric moments, Fourier opacity and wavelets have derivatives then, with
-  either `total`. An image is gone through twice: pixels give what they are read by to blocks, a
-  polynomial around the block's mean depth, and fragments take it from there. Function maps,
-  networks, Moment Transparency and slices of blocks, and shares that go by opaque surfaces
-  (`upsampling="depth-aware"`), are refused.
+  them: power and trigonometric moments, Fourier opacity, wavelets, function maps and bounded
+  networks have derivatives then, with either `total`. An image is gone through twice: pixels give
+  what they are read by to blocks, a polynomial around the block's mean depth, and fragments take it
+  from there. Shares that go by opaque surfaces (`upsampling="depth-aware"`) stay as they are, as
+  these do. Moment Transparency of blocks, whose moments are of the pixel at their middle or behind
+  the farthest of their surfaces, and slices of blocks are refused.
 - `composite_jvp` and `total_transmittance_jvp` go forwards: from how fragments and the background
   move to how pictures and totals do, of any technique that has derivatives, for four pullbacks, or
   one.
