@@ -110,8 +110,8 @@ STRUCT(NAMED(sought_root)) {
     truth more;
 };
 
-// It starts where it were with the first pole alone, and a step from there, and is sought no farther
-// than `most`. Where it is not `wanted`, it is not worth more than what is done for all.
+// It starts where it were with the first pole alone, and a step from there, and is sought no
+// farther than `most`. Where it is not `wanted`, it is not worth more than what is done for all.
 FN NAMED(sought_root) NAMED(lowest_root_start)(real p, real c, real e[NODES], real gap[NODES],
                                                int poles, real most, truth wanted) {
     const real least = K(BY_PRECISION(1e-12, 1e-60));

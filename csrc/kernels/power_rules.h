@@ -179,7 +179,7 @@ FN NAMED(outer_end) NAMED(end_of_poles)(real level, real g[NODES], real e[NODES]
     return end;
 }
 
-// All roots, where the first lies `below` the lowest of k > 1 poles and the last `above` the highest.
+// All roots, the first so far `below` the lowest of k > 1 poles, the last `above` the highest.
 FN NAMED(roots)
     NAMED(roots_within)(real level, real g[NODES], real e[NODES], int k, NAMED(outer_end) front,
                         real below, NAMED(outer_end) back, real above) {

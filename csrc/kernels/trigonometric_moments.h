@@ -121,8 +121,8 @@ FN NAMED(distances)
 }
 
 // z among the nodes of a rule (place_among), p and q as shares, since roots may lie far out. The
-// outermost nodes: where most lie in front of z, those behind are counted, so that an outermost node
-// on the other side counts only in the zone.
+// outermost nodes: where most lie in front of z, those behind are counted, so that an outermost
+// node on the other side counts only in the zone.
 STRUCT(NAMED(circle_place)) {
     number from[NODES];
     number p;
@@ -206,8 +206,8 @@ FN NAMED(masses) NAMED(circle_masses)(NAMED(circle_place) o, real ends) {
 }
 
 #if NODES == 4
-// Where z lies between the second and third g there are two nodes in front: the weight of the second,
-// which is in the first interval.
+// Where z lies between the second and third g there are two nodes in front: the weight of the
+// second, which is in the first interval.
 FN number NAMED(second_weight)(NAMED(circle_rule) r, NAMED(circle_place) o) {
     PRECISE NAMED(between) x;
     real apart[NODES];
