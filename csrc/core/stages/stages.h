@@ -7,6 +7,7 @@
 #ifndef MOIT_STAGES_H
 #define MOIT_STAGES_H
 
+#include "core/elementary.h"
 #include "core/raster.h"
 #include "core/splats.h"
 #include "core/strokes.h"
