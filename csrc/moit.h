@@ -102,9 +102,10 @@ typedef struct moit_span {
 } moit_span;
 
 /* The same fault, by threads, and where there is none as fast as memory is read; *span, unless
- * NULL, is what the fragments span. */
-moit_status moit_survey_fragments(const moit_fragments *fragments, int64_t count, moit_fault *fault,
-                                  moit_span *span, const moit_run *run);
+ * NULL, is what the fragments span. Others may change offsets meanwhile: unless `copy` is NULL,
+ * they are copied there, and it is the copy that is looked at. */
+moit_status moit_survey_fragments(const moit_fragments *fragments, int64_t count, int64_t *copy,
+                                  moit_fault *fault, moit_span *span, const moit_run *run);
 
 /* order (N): within each pixel the indices of its fragments from the least depth to the greatest,
  * equal depths in arrival order. Looks at offsets and depth only. NaN leaves an order unspecified,

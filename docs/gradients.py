@@ -255,9 +255,11 @@ alpha = alpha - rate * d.alpha
 
 - There are derivatives of `sorted`, `unsorted`, `weighted-sum`, `weighted-average`, `wboit` with
   each named weight; power and trigonometric moments, Moment Transparency in one and two passes,
-  `neural-bounded`, `neural` and `dfa` (of their weights, too: `Gradients.network`), Fourier
-  opacity, transmittance function maps, wavelets, `slices` (what rounding to steps adds stays as it
-  is); depth peeling, the k-buffer, `hybrid`, and `front` over its tails (which fragments are kept
+  `neural-bounded`, `neural`, `neural-slices` and `dfa` (of their weights, too:
+  `Gradients.network`), Fourier opacity, transmittance function maps, wavelets, `slices` (what
+  rounding to steps adds stays as it is; of `neural-slices` to a pixel's ends, too, as does between
+  which slices a network sees a fragment, where its answer jumps);
+  depth peeling, the k-buffer, `hybrid`, and `front` over its tails (which fragments are kept
   stays); `stochastic`, whose samples estimate those of `sorted`. State of 16 bits (words, half
   floats, targets) and keys of 32 move as if they held all digits. Slices within what moments
   prove move as these where they are at a bound. Others are refused with a sentence that says why,

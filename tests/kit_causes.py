@@ -1,7 +1,8 @@
 """Why kits that atomics gather for are as far from the core as they are: python tests/kit_causes.py
 
 Of front2 what one unit in the last place of its sums does, of strong5 what one of a depth does to
-the core itself, of anchors4 which fragments a word of depth ranks otherwise.
+the core itself, of anchors4 which fragments a word of depth ranks otherwise, of neural-slices8
+which a word rounds otherwise.
 """
 
 from __future__ import annotations
@@ -64,20 +65,28 @@ def moved_depths(case: kit_cases.Case) -> None:
     said("strong5's core in double, moved by 2^-24 of each depth in [-1, 1]", error)
 
 
-def other_words(case: kit_cases.Case) -> None:
-    technique = moit.technique("anchors4")
+def other_words(case: kit_cases.Case, name: str, rounds: float) -> None:
+    """rounds : what is added before a word's fraction is dropped."""
+    technique = moit.technique(name)
     _, error = kit_cases.errors(technique, "glsl", case)
-    said("anchors4", error)
+    said(name, error)
     n = len(error)
     z = kits.warped(technique, "glsl", case.depth[:n])
     inside = np.float32(0.5) * z + np.float32(0.5)
-    words = np.floor(inside * np.float32(65535) + np.float32(0.5))
-    others = np.floor(places(case.depth[:n]) * 65535 + 0.5) != words
+    words = np.floor(inside * np.float32(65535) + np.float32(rounds))
+    others = np.floor(places(case.depth[:n]) * 65535 + rounds) != words
     pixels = np.unique(case.pixel[:n][others])
-    print(f"anchors4: {others.sum()} of {n} fragments have another word of depth in floats")
-    said("anchors4, other pixels", error[~np.isin(case.pixel[:n], pixels)])
+    print(f"{name}: {others.sum()} of {n} fragments have another word of depth in floats")
+    said(f"{name}, other pixels", error[~np.isin(case.pixel[:n], pixels)])
+    one, other = (
+        moit.transmittance(Picture(case, 1).fragments(dtype), technique)
+        for dtype in (np.float32, np.float64)
+    )
+    said(f"{name}, the core in floats and the core in double", np.abs(one - other))
 
 
 if __name__ == "__main__":
-    for cause in (moved_sums, moved_depths, other_words):
-        cause(kit_cases.held_case())
+    moved_sums(kit_cases.held_case())
+    moved_depths(kit_cases.held_case())
+    other_words(kit_cases.held_case(), "anchors4", 0.5)
+    other_words(kit_cases.held_case(), "neural-slices8", 0.0)

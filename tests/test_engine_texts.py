@@ -25,6 +25,7 @@ GIVEN = {"neural": "layout(std140, binding = 0) uniform weights { vec4 NETWORK[2
 TYPES = {"float", "int", "uint", "bool", "vec2", "vec3", "vec4", "uvec2", "void"}
 # Of what has no defaults, options and arrays of words are those of a technique's kit.
 OF_KITS = {"avboit": "avboit", "slices": "slices64", "anchors": "anchors4", "strong": "strong5"}
+OF_KITS["neural_slices"] = "neural-slices8"
 
 # What HLSL, WGSL, Metal, Slang or C++ keep for themselves.
 RESERVED = set(

@@ -40,6 +40,7 @@ KINDS = (
     "transmittance-function-map(bits=32)",
     "transmittance-function-map(bits=32, exclude_self=True, normalize=False)",
     "slices64(bits=16, cells=64)",
+    "neural-slices5(bits=16)",
     "neural",
     "neural(depth_range='image', normalize=False)",
     "dfa",
@@ -206,7 +207,7 @@ def test_pullbacks_are_differences(name, coloured):
         }
         places = [("depth", 2), ("alpha", 0), ("alpha", 4), ("color", 3, 1)]
         places += [("depth", 1), ("depth", 3)] * (
-            technique.kind in ("neural", "dfa")
+            technique.kind in ("neural", "neural-slices", "dfa")
         )  # the pixel's ends
         places += [("depth", 5)] + [("transmission", 1, 2)] * coloured
         for at, (question, (answer, pullback)) in enumerate(answers.items()):

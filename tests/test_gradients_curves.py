@@ -18,6 +18,7 @@ CURVES = (
     "moment-transparency(passes=2, bias=1e-6)",
     "wavelet8",
     "slices64(bits=16, cells=64)",
+    "neural-slices4(bits=16)",
     "transmittance-function-map(bits=32)",
     "depth-peeling3",
     "neural",

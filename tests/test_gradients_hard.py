@@ -16,6 +16,7 @@ NAMES = (
     "wavelet16(exclude_self=True)",
     "transmittance-function-map(bits=32, exclude_self=True)",
     "slices16",
+    "neural-slices8",
     "hybrid2(normalize=True)",
     "depth-peeling2(normalize=True)",
 )

@@ -200,7 +200,9 @@ def test_floats_are_in_the_core_of_a_hybrid_as_floats_are_compared():
     np.testing.assert_allclose(by.diagonal(), image[0, 0, :3], rtol=1e-6)
 
 
-def test_full_slices_stay_full():
+# of the next slice, too, a fragment has a share, as ends are rounded outwards, if of no whole step
+@pytest.mark.parametrize(("name", "most"), [("slices64(bits=8)", 0), ("neural-slices8", 1e-3)])
+def test_full_slices_stay_full(name, most):
     depth, alpha = np.full(60, 2.0), np.full(60, 0.99)
     depth[-1], alpha[-1] = 8, 0.5
     seed = np.zeros(60)
@@ -209,9 +211,9 @@ def test_full_slices_stay_full():
     for less in (0, 0.05):
         near = np.where(np.arange(60) < 59, alpha - less, alpha)
         f = moit.Fragments([0, 60], depth, near, depth_range=(0.5, 10), dtype="float64")
-        T, pullback = gradients.transmittance(f, "slices64(bits=8)")
+        T, pullback = gradients.transmittance(f, name)
         answers.append(T[-1])
-        assert not pullback(seed).alpha[:-1].any()
+        assert np.abs(pullback(seed).alpha[:-1]).max() <= most
     assert answers[0] == answers[1]
 
 

@@ -15,7 +15,12 @@ from tests.test_gradients import FAR, NEAR, STEP, fragments, numbers_of
 
 
 @pytest.mark.parametrize(
-    ("name", "layers"), [("neural-bounded(bias=1e-6)", (72, 144, 153)), ("neural", (256, 784, 801))]
+    ("name", "layers"),
+    [
+        ("neural-bounded(bias=1e-6)", (72, 144, 153)),
+        ("neural-slices5(bits=16)", (88, 160, 169)),
+        ("neural", (256, 784, 801)),
+    ],
 )
 def test_weights_have_the_derivatives_of_differences(name, layers):
     technique = moit.technique(name)
@@ -42,7 +47,9 @@ def test_weights_have_the_derivatives_of_differences(name, layers):
             assert found[i] == pytest.approx(float((ends[0] - ends[1]) / (2 * STEP)), rel=1e-9)
 
 
-@pytest.mark.parametrize("name", ("neural-bounded", "neural-bounded6", "neural", "dfa"))
+@pytest.mark.parametrize(
+    "name", ("neural-bounded", "neural-bounded6", "neural-slices8", "neural", "dfa")
+)
 def test_training_goes_down_the_slopes_of_the_core(name):
     """`moit.train` works on many fragments at once, by matrices, and on what they were made of."""
     technique = moit.technique(name)
@@ -64,7 +71,7 @@ def test_training_goes_down_the_slopes_of_the_core(name):
 
 
 def technique_layers(name):
-    return (8, 8) if name.startswith("neural-bounded") else (32, 16)
+    return (8, 8) if name.startswith(("neural-bounded", "neural-slices")) else (32, 16)
 
 
 def test_techniques_without_a_network_have_no_derivatives_by_one():

@@ -27,6 +27,7 @@ NAMES = (
     *("wboit", "fourier7", "wavelet4", "moment-transparency", "two-moments-pass-lr8"),
     *("power2", "power4", "power6", "power8", "trig2", "trig3", "trig4", "power4-16"),
     *("neural-bounded", "neural-bounded6", "avboit", "slices64", "anchors4", "strong5", "front2"),
+    "neural-slices8",
     *("adaptive4", "mlab2", "kbuffer4", "hybrid4", "depth-peeling4", "stochastic4"),
 )
 

@@ -34,6 +34,12 @@ def test_options_are_those_of_the_technique(name):
     assert np.quantile(error, 0.99) < 1e-4
 
 
+def test_slices_of_an_extent_are_the_core_s_where_words_are():
+    technique = moit.technique("neural-slices5(bits=6,max_alpha=0.9,normalize=False)")
+    _, error = kit_cases.errors(technique, "glsl", case())
+    assert np.quantile(error, 0.9) < 1e-5 and np.quantile(error, 0.99) < 1e-3
+
+
 def test_totals_of_half_floats_scale_what_blocks_have():
     # which blending rounds, here once
     technique = moit.technique("slices24(table='pixel',resolution=4,total='half')")
@@ -41,7 +47,9 @@ def test_totals_of_half_floats_scale_what_blocks_have():
     assert np.quantile(error, 0.999) < 3e-3
 
 
-@pytest.mark.parametrize("name", ["avboit", "slices32", "anchors3(cells=5,gamma=1.0)"])
+@pytest.mark.parametrize(
+    "name", ["avboit", "slices32", "anchors3(cells=5,gamma=1.0)", "neural-slices5(bits=6)"]
+)
 def test_nothing_hangs_on_the_order_of_fragments(name):
     technique, c = moit.technique(name), case()
     found, picture = kit_programs.through(technique, "glsl", c)
@@ -162,6 +170,22 @@ def test_the_table_says_what_each_pass_reads_and_changes(name, tmp_path):
     assert "early_fragment_tests" in page and "MOIT_BINDING_MARKS" in page
 
 
+def test_slices_of_an_extent_need_ends_before_and_sums_after(tmp_path):
+    moit.export("neural-slices5(bits=6)", tmp_path)
+    table = json.loads((tmp_path / "targets.json").read_text())
+    assert [(one["name"], one["clear"]) for one in table["memory"]] == [("words", 0)]
+    assert table["memory"][0]["elements"] == "7 * WIDTH * HEIGHT"
+    assert table["bytes_a_pixel"] == 4 * 7 + 8 + 4
+    passes = {one["name"]: one for one in table["passes"]}
+    assert list(passes) == ["extend", "deposit", "integrate", "shading", "resolve"]
+    assert passes["extend"]["targets"] == ["words"] and not passes["extend"]["reads"]
+    assert passes["deposit"]["reads"] == passes["deposit"]["targets"] == ["words"]
+    assert passes["shading"]["reads"] == ["words"]
+    options = {one["name"]: float(one["value"]) for one in table["options"]}
+    assert options["MOIT_SLOTS"] == 5 and options["MOIT_CODE_MOST"] == 63
+    assert options["MOIT_CODE_SCALE"] == pytest.approx(63 / (6 * np.log(2)))
+
+
 def test_bytes_a_pixel_are_of_words_as_they_are_added(tmp_path):
     for name, size in (
         ("avboit", 4 * 128 / 64 + 8 + 1),
@@ -188,7 +212,7 @@ def test_metal_hands_arrays_on():
         assert "(mem, " in kit_shaders.shaders(kit)[name].partition("void shader")[2]
 
 
-@pytest.mark.parametrize("name", (*NAMES, "anchors4"))
+@pytest.mark.parametrize("name", (*NAMES, "anchors4", "neural-slices5(bits=6)"))
 def test_a_frame_is_predicted(name):
     pixels = 1920 * 1080
     technique = moit.technique(name)

@@ -103,6 +103,7 @@ RIGHT = {
     "numbers": [()],
     "technique_facts": [()],
     "check_fragments": [(*CHECKED, 1.0, 10.0, 2), (*CHECKED, 5.0, 6.0, 1)],
+    "frozen": [(F.offsets,), (np.arange(3),), (np.arange(6)[::2],)],
     "depth_order": [(F.offsets, F.depth, 2), (DOUBLE.offsets, DOUBLE.depth, 1)],
     "group_by_pixel": [(PIXEL, 2), (PIXEL, 1)],
     "join_pixels": [(LAYERS,), (np.array([None, None], dtype=object),)],
@@ -278,6 +279,7 @@ WRONG = {
         (F, True, 1, BACKGROUND[None], F.alpha, F.color),
     ],
     "check_fragments": [(), (F.offsets, F.depth, HALF, None, None, None, None, 0.0, 1.0, 1)],
+    "frozen": [(), ("x",), (np.zeros((2, 2), np.int64),), (HALF,)],
     "depth_order": [(F.offsets, HALF, 1), (F.offsets, object(), 1), (COUNTS, F.depth, 1)],
     "group_by_pixel": [
         (PIXEL, -1),

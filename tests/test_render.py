@@ -95,6 +95,7 @@ TOLERANCES = {
     "depth-peeling4": 1e-6,
     "wavelet8": 1e-5,
     "stochastic8": 1e-5,
+    "neural-slices5(bits=6)": 1e-6,
     "moment-transparency": 2e-2,
     "moment-transparency-nlqm": 2e-2,
     "two-moments-pass": 2e-2,
@@ -346,6 +347,7 @@ DRAWN += [
     "adaptive4",
     "mlab2",
     "neural",
+    "neural-slices4",
     "dfa",
 ]
 

@@ -61,8 +61,9 @@ typedef struct {
     int32_t opaque[TILE_PIXELS];  /* its triangle, -1: none */
     int64_t next[TILE_PIXELS];    /* where the pixel's next fragment goes, or how many there are */
     int64_t place[TILE_PIXELS];   /* of a covered pixel that is drawn */
-    double color[3 * TILE_PIXELS + 16], alpha[TILE_PIXELS + 16];
-    double image_color[3 * TILE_PIXELS], image_alpha[TILE_PIXELS + 16]; /* stages->sample */
+    bool occluded;                /* some have an opaque surface */
+    double color[3][MOIT_REACHED], alpha[MOIT_REACHED];
+    double image_color[3][MOIT_REACHED], image_alpha[MOIT_REACHED]; /* stages->sample */
     double reached[MOIT_MOST_LIGHTS][MOIT_REACHED]; /* what of each light comes there */
 } workspace;
 
@@ -165,7 +166,7 @@ static void read_image(const drawing *d, workspace *w, const moit_projected_tria
                        const moit_material *material, const moit_corners *corners, int count) {
     moit_sampling sampling;
     load_sampling(d->raster, t, material, &sampling);
-    d->stages->sample(count, corners, &w->covered, &sampling, w->image_color, w->image_alpha);
+    d->stages->sample(count, corners, &w->covered, &sampling, w->image_color[0], w->image_alpha);
 }
 
 static void move_covered(moit_covered *c, int from, int to) {
@@ -175,6 +176,7 @@ static void move_covered(moit_covered *c, int from, int to) {
     c->third[to] = c->third[from];
     c->z[to] = c->z[from];
     c->share[to] = c->share[from];
+    c->place[to] = c->place[from];
 }
 
 /* Of so many covered pixels those that are no hole of the image, moved together. */
@@ -200,19 +202,14 @@ static int visible(const drawing *d, workspace *w, const moit_projected_triangle
         cover(t, b.left > tile.left ? b.left : tile.left, b.top > tile.top ? b.top : tile.top,
               b.right < tile.right ? b.right : tile.right,
               b.bottom < tile.bottom ? b.bottom : tile.bottom, c);
-    int kept = 0;
-    for (int i = 0; i < count; ++i) {
-        if (!(c->z[i] >= d->raster->camera.near * (1.0 - 1e-12)
-              && c->z[i] <= d->raster->camera.far))
-            continue;
-        move_covered(c, i, kept++);
-    }
+    const double near = d->raster->camera.near * (1.0 - 1e-12), far = d->raster->camera.far;
+    int kept = 0, outside = 0;
+    for (int i = 0; i < count; ++i) outside |= !(c->z[i] >= near) | !(c->z[i] <= far);
+    if (!outside) kept = count;
+    for (int i = 0; outside && i < count; ++i)
+        if (c->z[i] >= near && c->z[i] <= far) move_covered(c, i, kept++);
     const moit_material *material = moit_material_of(d->raster, t->source);
     return material && material->masked && kept ? without_holes(d, w, t, material, kept) : kept;
-}
-
-static int in_tile(const workspace *w, rectangle tile, int i) {
-    return ((int)w->covered.y[i] - tile.top) * TILE + (int)w->covered.x[i] - tile.left;
 }
 
 /* Of what is drawn by areas it is known only when all is drawn which of it hides something. */
@@ -229,12 +226,14 @@ static void find_occluders(const drawing *d, workspace *w, int64_t tile, rectang
         w->occluder[p] = __builtin_inf();
         w->opaque[p] = -1;
     }
+    w->occluded = false;
     for (int64_t k = r->first[tile]; k < r->first[tile + 1]; ++k) {
         const moit_projected_triangle *t = &r->triangles[r->listed[k]];
         if (!hides(r, t)) continue;
         int count = visible(d, w, t, bounds);
+        w->occluded |= count > 0;
         for (int i = 0; i < count; ++i) {
-            int p = in_tile(w, bounds, i);
+            int p = w->covered.place[i];
             if (rounded(w->covered.z[i]) >= w->occluder[p]) continue;
             w->occluder[p] = rounded(w->covered.z[i]);
             w->opaque[p] = r->listed[k];
@@ -253,23 +252,24 @@ static void put(const drawing *d, workspace *w, const moit_projected_triangle *t
     for (int i = 0; d->reached && i < count; ++i)
         for (int l = 0; l < lights && w->place[i] >= 0; ++l)
             w->reached[l][i] = d->reached[w->place[i] * lights + l];
-    d->stages->shade(count, &corners, &w->covered, view, &c->lights,
-                     d->reached ? w->reached[0] : NULL, w->color, w->alpha);
     const moit_material *material = moit_material_of(d->raster, t->source);
+    if (!material || material->lit)
+        d->stages->shade(count, &corners, &w->covered, view, &c->lights,
+                         d->reached ? w->reached[0] : NULL, w->color[0], w->alpha);
     if (material) {
         read_image(d, w, t, material, &corners, count);
-        for (int i = 0; i < count; ++i) {
-            w->alpha[i] = material->masked ? 1.0 : w->image_alpha[i];
-            for (int k = 3 * i; k < 3 * i + 3; ++k)
-                w->color[k] = material->lit ? w->color[k] * w->image_color[k] : w->image_color[k];
-        }
+        for (int i = 0; i < count; ++i) w->alpha[i] = material->masked ? 1.0 : w->image_alpha[i];
+        for (int k = 0; k < 3; ++k)
+            for (int i = 0; i < count; ++i)
+                w->color[k][i] =
+                    material->lit ? w->color[k][i] * w->image_color[k][i] : w->image_color[k][i];
     }
     for (int i = 0; i < count; ++i) {
         int64_t at = w->place[i];
         if (at < 0) continue;
         d->depth[at] = (float)w->covered.z[i];
         d->alpha[at] = (float)w->alpha[i];
-        for (int k = 0; k < 3; ++k) d->color[3 * at + k] = (float)w->color[3 * i + k];
+        for (int k = 0; k < 3; ++k) d->color[3 * at + k] = (float)w->color[k][i];
         if (!d->share) continue;
         d->share[at] = w->covered.share[i];
         d->source[at] = (int32_t)(t->turned ? -1 - t->source : t->source);
@@ -283,7 +283,7 @@ static void draw_occluders(const drawing *d, workspace *w, int64_t tile, rectang
         if (!hides(r, t)) continue;
         int count = visible(d, w, t, bounds);
         for (int i = 0; i < count; ++i) {
-            int p = in_tile(w, bounds, i);
+            int p = w->covered.place[i];
             w->place[i] = w->opaque[p] == r->listed[k] ? w->next[p]++ : -1;
         }
         put(d, w, t, count);
@@ -306,9 +306,11 @@ static moit_status draw_tile(void *context, int64_t tile, int thread) {
     for (int64_t k = r->first[tile]; k < r->first[tile + 1]; ++k) {
         const moit_projected_triangle *t = &r->triangles[r->listed[k]];
         if (hides(r, t)) continue;
-        int count = visible(d, w, t, bounds), seen = 0;
-        for (int i = 0; i < count; ++i) {
-            int p = in_tile(w, bounds, i);
+        int count = visible(d, w, t, bounds), seen = w->occluded ? 0 : count;
+        for (int i = 0; !w->occluded && i < count; ++i)
+            w->place[i] = w->next[w->covered.place[i]]++;
+        for (int i = 0; w->occluded && i < count; ++i) {
+            int p = w->covered.place[i];
             bool hidden = rounded(w->covered.z[i]) > w->occluder[p];
             w->place[i] = hidden ? -1 : w->next[p]++;
             seen += !hidden;

@@ -26,6 +26,7 @@ typedef struct moit_covered {
         third[MOIT_RASTER_TILE * MOIT_RASTER_TILE + 16],
         z[MOIT_RASTER_TILE * MOIT_RASTER_TILE + 16],
         share[MOIT_RASTER_TILE * MOIT_RASTER_TILE + 16];
+    int32_t place[MOIT_RASTER_TILE * MOIT_RASTER_TILE + 16]; /* of the pixel in its tile */
 } moit_covered;
 
 /* As stages->cover by areas: all pixels of the rectangle that the triangle touches. */

@@ -93,6 +93,7 @@ int moit_cover_areas(const moit_projected_triangle *t, int left, int top, int ri
             out->second[count] = p.second[0];
             out->third[count] = p.third[0];
             out->z[count] = p.z[0];
+            out->place[count] = (y % MOIT_RASTER_TILE) * MOIT_RASTER_TILE + x % MOIT_RASTER_TILE;
             out->share[count++] = share;
         }
     return count;

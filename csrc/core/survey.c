@@ -6,6 +6,7 @@
 
 #include <stdatomic.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Fragments and pixels that a thread looks at between two questions whether to go on. */
 enum { PART = 1 << 16 };
@@ -17,6 +18,7 @@ typedef struct {
     const moit_stages *stages;
     int64_t count;
     moit_number_check checks[MOIT_CHECKS];
+    int64_t *copy;         /* of offsets; NULL: none */
     moit_depth_ends *ends; /* of each part: where depth begins and back, or else depth, ends */
     atomic_bool faulty;
 } survey;
@@ -68,8 +70,14 @@ static moit_status survey_part(void *context, int64_t item, int thread) {
     (void)thread;
     s->ends[item] = (moit_depth_ends){infinite, -infinite, infinite, -infinite};
     bool right = n <= 0 || fragments_are_right(s, first, n, s->ends + item);
-    uint64_t signs = 0; /* of offsets, and of what these grow by */
-    for (int64_t p = first; p < first + pixels; ++p)
+    if (s->copy && pixels >= 0) {
+        bool last = pixels < PART; /* then it ends with the end of all */
+        memcpy(s->copy + first, offsets + first, (size_t)(pixels + last) * sizeof *offsets);
+        offsets = s->copy;
+    }
+    /* of offsets, and of what these grow by; to the next part's first it is looked at later */
+    uint64_t signs = 0;
+    for (int64_t p = first; p + 1 < first + pixels; ++p)
         signs |= (uint64_t)offsets[p + 1] | ((uint64_t)offsets[p + 1] - (uint64_t)offsets[p]);
     if (!right || signs >> 63) atomic_store(&s->faulty, true);
     return MOIT_OK;
@@ -99,26 +107,37 @@ static moit_span span_of(const survey *s, int64_t parts) {
     return span;
 }
 
-moit_status moit_survey_fragments(const moit_fragments *fragments, int64_t count, moit_fault *fault,
-                                  moit_span *span, const moit_run *run) {
-    const int64_t *offsets = fragments->offsets;
-    int64_t pixels = fragments->pixels, most = pixels > count ? pixels : count;
+/* Whether offsets are right where parts meet, and at both ends. */
+static bool parts_meet(const int64_t *offsets, int64_t pixels, int64_t count) {
+    bool right = offsets[0] == 0 && offsets[pixels] == count;
+    for (int64_t p = 0; p < pixels; p += PART) {
+        int64_t last = least(p + PART, pixels);
+        right &= offsets[last] >= offsets[last - 1];
+    }
+    return right;
+}
+
+moit_status moit_survey_fragments(const moit_fragments *fragments, int64_t count, int64_t *copy,
+                                  moit_fault *fault, moit_span *span, const moit_run *run) {
+    int64_t pixels = fragments->pixels, most = pixels + 1 > count ? pixels + 1 : count;
+    moit_fragments own = *fragments;
     survey s = {.fragments = fragments,
                 .stages = moit_stages_of(fragments->precision, run->isa),
-                .count = count};
-    /* fragments of two extents are few: check.c sees to them */
-    bool faulty =
-        offsets[0] != 0 || offsets[pixels] != count || (fragments->back && fragments->deviation);
+                .count = count,
+                .copy = copy};
     int64_t parts = (most + PART - 1) / PART;
     *fault = (moit_fault){MOIT_NO_ARRAY, 0};
     if (!(s.ends = malloc((size_t)(parts + 1) * sizeof *s.ends))) return MOIT_NO_MEMORY;
     moit_checks_of(fragments, count, s.checks);
-    moit_status status = MOIT_OK;
-    if (!faulty) {
-        status = moit_parallel_for(run, parts, survey_part, &s);
-        faulty = atomic_load(&s.faulty);
+    moit_status status = moit_parallel_for(run, parts, survey_part, &s);
+    bool faulty = true;
+    if (status == MOIT_OK) {
+        if (copy) own.offsets = copy;
+        /* fragments of two extents are few: check.c sees to them */
+        faulty = atomic_load(&s.faulty) || !parts_meet(own.offsets, pixels, count)
+                 || (fragments->back && fragments->deviation);
+        if (faulty) *fault = moit_check_fragments(&own, count);
     }
-    if (status == MOIT_OK && faulty) *fault = moit_check_fragments(fragments, count);
     if (span) *span = faulty ? (moit_span){.known = false} : span_of(&s, parts);
     free(s.ends);
     return status;

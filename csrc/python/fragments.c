@@ -1,6 +1,8 @@
 /* Fragments: what is wrong with them, their orders, and their arrays as the core takes them. */
 #include "binding.h"
 
+#include <string.h>
+
 enum { ARRAYS = MOIT_FRAGMENT_ARRAYS };
 
 static const char *const array_names[ARRAYS] = {"offsets",      "depth", "alpha",    "color",
@@ -104,13 +106,56 @@ failed:
     return -1;
 }
 
+/* ---- Offsets that nobody can change ---------------------------------------------------------- */
+
+static const char of_frozen[] = "offsets that nobody can change";
+
+static void let_frozen_go(PyObject *owner) {
+    Py_XDECREF((PyObject *)PyCapsule_GetPointer(owner, of_frozen));
+}
+
+static int is_frozen(PyArrayObject *offsets) {
+    PyObject *base = PyArray_BASE(offsets);
+    return base && PyCapsule_IsValid(base, of_frozen);
+}
+
+/* Room for n of them. What owns it is a capsule, of which NumPy can ask no memory to write to;
+ * memory that NumPy asked for comes in large pages, as that of a bytes object does not. */
+static PyArrayObject *frozen_room(npy_intp n) {
+    PyObject *memory = PyArray_SimpleNew(1, &n, NPY_INT64), *owner = NULL, *room = NULL;
+    if (!memory) return NULL;
+    if (!(owner = PyCapsule_New(memory, of_frozen, let_frozen_go))) {
+        Py_DECREF(memory);
+        return NULL;
+    }
+    room = PyArray_New(&PyArray_Type, 1, &n, NPY_INT64, NULL, PyArray_DATA((PyArrayObject *)memory),
+                       0, NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED, NULL);
+    if (!room) Py_DECREF(owner);
+    else if (PyArray_SetBaseObject((PyArrayObject *)room, owner)) Py_CLEAR(room);
+    return (PyArrayObject *)room;
+}
+
+PyDoc_STRVAR(frozen_doc, "frozen(offsets, /)\n--\n\n"
+                         "A copy that cannot be made writeable; what this gave is given again.");
+
+static PyObject *frozen(PyObject *Py_UNUSED(module), PyObject *object) {
+    PyArrayObject *offsets = array_of(object, NPY_INT64, 1, "offsets");
+    if (!offsets || is_frozen(offsets)) return (PyObject *)offsets;
+    npy_intp n = PyArray_DIM(offsets, 0);
+    PyArrayObject *copy = frozen_room(n);
+    if (copy) memcpy(PyArray_DATA(copy), PyArray_DATA(offsets), (size_t)n * sizeof(int64_t));
+    Py_DECREF(offsets);
+    return (PyObject *)copy;
+}
+
 PyDoc_STRVAR(
     check_doc,
     "check_fragments(offsets, depth, alpha, color, transmission, back, emission, deviation,\n"
     "                near, far, threads, /)\n"
     "--\n\n"
-    "((name, index), None) of the first offending number, in the flat array; if all is well\n"
-    "(None, (near, far, transparent)), the range of depth, or (None, None) where it is not known.");
+    "(offsets, (name, index), None): what `frozen` makes of them, and the first offending number,\n"
+    "in the flat array; if all is well (offsets, None, (near, far, transparent)), the range of\n"
+    "depth, or (offsets, None, None) where it is not known.");
 
 static PyObject *check_fragments(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *arrays[ARRAYS];
@@ -124,20 +169,33 @@ static PyObject *check_fragments(PyObject *Py_UNUSED(module), PyObject *args) {
     if (describe(&held, arrays)) return NULL;
     held.fragments.near = near;
     held.fragments.far = far;
+    PyArrayObject *offsets = held.arrays[0];
+    int64_t *copy = NULL;
+    if (is_frozen(offsets)) {
+        Py_INCREF(offsets);
+    } else if ((offsets = frozen_room(PyArray_DIM(offsets, 0)))) {
+        copy = PyArray_DATA(offsets);
+    } else {
+        let_go(&held);
+        return NULL;
+    }
     moit_fault fault;
     moit_span span;
     core_call call;
     begin_call(&call, threads);
     moit_status status =
-        moit_survey_fragments(&held.fragments, held.count, &fault, &span, &call.run);
+        moit_survey_fragments(&held.fragments, held.count, copy, &fault, &span, &call.run);
     int failed = end_call(&call, status);
     let_go(&held);
-    if (failed) return NULL;
+    if (failed) {
+        Py_DECREF(offsets);
+        return NULL;
+    }
     if (fault.array != MOIT_NO_ARRAY)
-        return Py_BuildValue("(sL)O", array_names[fault.array - MOIT_OFFSETS],
+        return Py_BuildValue("N(sL)O", offsets, array_names[fault.array - MOIT_OFFSETS],
                              (long long)fault.index, Py_None);
-    if (!span.known) return PyTuple_Pack(2, Py_None, Py_None);
-    return Py_BuildValue("O(ddO)", Py_None, span.near, span.far,
+    if (!span.known) return Py_BuildValue("NOO", offsets, Py_None, Py_None);
+    return Py_BuildValue("NO(ddO)", offsets, Py_None, span.near, span.far,
                          span.transparent ? Py_True : Py_False);
 }
 
@@ -204,6 +262,7 @@ done:
 
 static PyMethodDef methods[] = {
     {"check_fragments", check_fragments, METH_VARARGS, check_doc},
+    {"frozen", frozen, METH_O, frozen_doc},
     {"depth_order", depth_order, METH_VARARGS, depth_order_doc},
     {"group_by_pixel", group_by_pixel, METH_VARARGS, group_doc},
     {NULL, NULL, 0, NULL},

@@ -11,6 +11,7 @@ from moit.catalog.network import network_of
 from moit.catalog.neural import NetworkOption, hold_network
 from moit.catalog.options import whole
 from moit.catalog.reconstruction import WarpedDepth, refuse_own_range
+from moit.catalog.targets import ExtentWords, Targets, added, multiplied
 
 EXTENT_BITS = 2 * 16  # of a pixel: where its fragments begin and end
 
@@ -58,7 +59,6 @@ class NeuralSlices(WarpedDepth):
     network: NetworkOption = None
 
     kind: ClassVar[str] = "neural-slices"
-    uses_atomics: ClassVar[bool] = True
     counted: ClassVar[str] = "count"
     usual: ClassVar[int] = 8
     family: ClassVar[str] = "curves, series"
@@ -83,6 +83,14 @@ class NeuralSlices(WarpedDepth):
     @property
     def network_kind(self) -> str:
         return self.kind
+
+    def drawn_to(self, colours: str = "16f") -> Targets | None:
+        return Targets(shaded=added(colours, multiplied()), words=ExtentWords(self.count))
+
+    @property
+    def costs_like(self) -> tuple[str, ...]:
+        """Passes differ by loops of as many turns as there are slices, which count as such."""
+        return (f"{self.kind}{self.usual}",)
 
     def fields_for_core(self, dtype: np.dtype[Any]) -> dict[str, Any]:
         return {

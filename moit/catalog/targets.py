@@ -77,6 +77,20 @@ class SliceWords:
 
 
 @dataclasses.dataclass(frozen=True)
+class ExtentWords:
+    """Words of a pixel that are its own extent, two of them, and slices of that.
+
+    slots : slices.
+    """
+
+    slots: int
+
+    @property
+    def all(self) -> int:
+        return self.slots + 2
+
+
+@dataclasses.dataclass(frozen=True)
 class Targets:
     """Those of a technique.
 
@@ -97,7 +111,7 @@ class Targets:
     rounds: int = 0
     samples: int = 0
     second: tuple[Target, ...] = ()
-    words: KeyWords | SliceWords | None = None
+    words: KeyWords | SliceWords | ExtentWords | None = None
 
 
 def targets_of(technique: Any, colours: str = "16f") -> Targets | None:

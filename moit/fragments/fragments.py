@@ -150,7 +150,7 @@ class Fragments:
         arrays = real_arrays(depth, alpha, color, transmission, back, emission, deviation, dtype)
         if frame is not None and not isinstance(frame, Frame):
             raise FragmentsTypeError(f"frame: expected a Frame, got {type(frame).__name__}")
-        held = ends.astype(np.int64, copy=False)
+        held = np.require(ends, np.int64, ["C", "A"])
         self._check(held, arrays, size, depth_range, origin, frame=frame)
 
     def _check(
@@ -169,13 +169,12 @@ class Fragments:
         """
         window = origin_of(origin)
         given = None if depth_range is None else range_of(depth_range)
-        offsets = frozen(offsets)
         near, far = given or (-math.inf, math.inf)
         threads = thread_count(None)
-        fault, span = _core.check_fragments(offsets, *arrays, near, far, threads)
+        offsets, fault, span = _core.check_fragments(offsets, *arrays, near, far, threads)
         if fault is not None and fault[0] in ("depth", "back"):
             arrays = with_far_background(arrays)
-            fault, span = _core.check_fragments(offsets, *arrays, near, far, threads)
+            _, fault, span = _core.check_fragments(offsets, *arrays, near, far, threads)
         if fault is not None:
             explain(*fault, offsets, dict(zip(ARRAYS, arrays, strict=True)), given, place)
         if given is None:

@@ -8,6 +8,7 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from moit import _core
 from moit.checks.arrays import Arrays, integers
 from moit.checks.exceptions import FragmentsError, FragmentsTypeError
 
@@ -16,9 +17,7 @@ Index = NDArray[np.int64]
 
 def frozen(offsets: Index) -> Index:
     """A copy that nobody can change: the core's loops rely on offsets."""
-    if isinstance(offsets.base, bytes):
-        return offsets
-    return np.frombuffer(offsets.tobytes(), np.int64)
+    return _core.frozen(offsets)
 
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:

@@ -154,9 +154,10 @@ def in_range(
     width, height = size
     if span is not None:
         near, far = (float(np.float32(end)) for end in span)
-        inside = np.clip(depth, near, far)
-        # only rounding moves transparent ones; opaque ones may be anywhere
-        depth = np.where(alpha == 1, inside, np.clip(depth, *_widened(near, far)))
+        if depth.min(initial=near) < near or depth.max(initial=far) > far:
+            inside = np.clip(depth, near, far)
+            # only rounding moves transparent ones; opaque ones may be anywhere
+            depth = np.where(alpha == 1, inside, np.clip(depth, *_widened(near, far)))
         back = None if back is None else np.maximum(np.clip(back, *_widened(near, far)), depth)
         last = depth if back is None else back
         span = (min(near, float(depth.min(initial=near))), max(far, float(last.max(initial=far))))

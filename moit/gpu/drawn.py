@@ -31,6 +31,8 @@ class Drawn:
     stages : what then makes factors; None: those of the passes over arrays but CAPTURE.
     block_side : of the blocks of pixels that numbers are of; 1: of pixels.
     own : defines beside those of the passes over arrays.
+    words : of a pixel, that fragments change by atomics in each of the rounds; these draw to no
+        targets. 0: there are none.
     """
 
     targets: Targets
@@ -40,6 +42,7 @@ class Drawn:
     stages: tuple[Stage, ...] | None = None
     block_side: int = 1
     own: Mapping[str, int] = dataclasses.field(default_factory=dict)
+    words: int = 0
 
     @property
     def formats(self) -> tuple[str, ...]:
@@ -154,6 +157,11 @@ def _power(c: Constants, targets: Targets) -> Drawn:
     if not extents_are_words(c.fields):
         return Drawn(targets)
     return Drawn(targets, rounds=2, stages=(Stage(FACTOR, double=True),), own={"ROUND": 0})
+
+
+@drawn_for("neural-slices")
+def _neural_slices(c: Constants, targets: Targets) -> Drawn:
+    return Drawn(targets, rounds=2, stages=(Stage(FACTOR),), own={"ROUND": 0}, words=2)
 
 
 @drawn_for("adaptive")

@@ -96,6 +96,8 @@ def plan_of(
         needed |= sliced.sizes(passes)
     if drawn is not None and way == "interlock":
         needed["targets"] = 4 * size[0] * size[1] * drawn.numbers
+    if drawn is not None and way == "add":
+        needed["words"] = 4 * size[0] * size[1] * drawn.words
     return Plan(too_large(device, needed), way, passes, drawn, constants, target)
 
 

@@ -21,12 +21,14 @@ from moit.gpu.bindings import (
     DRAW_ORDERED,
     DRAW_SHADES,
     DRAW_TERMS,
+    DRAW_WORDS,
     EMPTY,
     FACTOR,
     FACTORS,
     FARTHEST_OCCLUDER,
     FETCH,
     FIRST_TARGET,
+    INDICES,
     INTERLOCK,
     KEPT,
     LOOK_AGAIN,
@@ -176,9 +178,33 @@ class Picture:
     # ---- Passes over triangles ----
 
     def _draw(self, drawn: Drawn, buffers: dict[int, Any]) -> None:
-        if drawn.formats:
+        if drawn.words:
+            buffers = self._changed(drawn, buffers)
+        elif drawn.formats:
             buffers = self._captured(drawn, buffers)
         self._shade(drawn, buffers)
+
+    def _changed(self, drawn: Drawn, buffers: dict[int, Any]) -> dict[int, Any]:
+        """Buffers, of which some then hold what fragments make of words, and factors of these."""
+        words = self.buffer("words", 4 * self.pixels * drawn.words)
+        self.device.fill(words, 0)
+        buffers = {**buffers, INDICES: words}
+        for i in range(drawn.rounds):
+            with self.timed("second capture" if i else "capture"):
+                self.drawing.draw(
+                    self.drawing.transparent,
+                    f"techniques/{self.passes.shader}",
+                    self.defines(DRAW_WORDS, ROUND=i),
+                    buffers=buffers,
+                    textures={OCCLUDERS: self.drawing.occluders},
+                    uniforms=self.uniforms,
+                    size=(self.drawing.width, self.drawing.height),
+                )
+            if i + 1 < drawn.rounds:
+                self.run(BETWEEN, self.pixels, buffers, name="first factor", ROUND=i)
+        for stage in drawn.stages or ():
+            self.run(stage.number, self.pixels, buffers, double=stage.double, name="factor")
+        return buffers
 
     def _captured(self, drawn: Drawn, buffers: dict[int, Any]) -> dict[int, Any]:
         """Buffers, of which some then hold what pixels keep, and the factors made of it."""

@@ -73,7 +73,7 @@ def explain(log: str, text: str) -> str:
     return _PLACE.sub(ours, log)
 
 
-@functools.lru_cache(maxsize=1024)  # many programs are made of few texts
+@functools.lru_cache(maxsize=1024)
 def _lines(text: str, double: bool) -> tuple[str, ...]:
     return tuple((_LITERAL.sub(r"\1lf", text) if double else text).splitlines())
 
@@ -115,7 +115,7 @@ def _pasted(
     within: tuple[str, ...],
     text: str | None = None,
 ) -> list[str]:
-    """The lines of one file; `opened` are all until now, `within` those that include it.
+    """One file in pieces; `opened` are all until now, `within` those that include it.
 
     double : whether literals of it, and of what it includes, get the suffix.
     text : None: that of the file of this name.
@@ -132,28 +132,53 @@ def _pasted(
     made = [f"#line {first + 1} // {name}"] if within else []
     # A compiler that skips lines skips #line, too: numbers are given again where it may go on.
     depth, lost = 0, False
-    for number, line in enumerate(_lines(text, double), 1):
-        if "#" not in line:  # most: nothing but these is looked at
-            made.append(line)
-        elif include := _INCLUDE.match(line):
-            file = include[1]
-            if file == "PRIMITIVE":
-                file = str(defines.get(file, "meshes/surface.glsl"))
-            made += _pasted(file, defines, double or bool(include[2]), opened, (*within, name))
+    for what, number, piece in _pieces(text, double):
+        if what.startswith("include"):
+            suffixed = double or what == "include in double"
+            file = piece if piece != "PRIMITIVE" else str(defines.get(piece, "meshes/surface.glsl"))
+            made += _pasted(file, defines, suffixed, opened, (*within, name))
             made.append(f"#line {first + number + 1} // {name}")
             lost = depth > 0
-        elif condition := _CONDITION.match(line):
-            made.append(line)
-            depth += {"if": 1, "endif": -1}.get(condition[1], 0)
-            if lost and condition[1] != "if":
-                made.append(f"#line {first + number + 1} // {name}")
-                lost = depth > 0
-        elif line.startswith("#version"):
-            made.append(line)
+            continue
+        made.append(piece)
+        if what == "version":
             for key, value in defines.items():
                 if key != "PRIMITIVE":
                     made += _lines(f"#define {key} {value}", double)
             made.append(f"#line {first + number + 1} // {name}")
-        else:
-            made.append(line)
+        elif what:
+            depth += {"if": 1, "endif": -1}.get(what, 0)
+            if lost and what != "if":
+                made.append(f"#line {first + number + 1} // {name}")
+                lost = depth > 0
     return made
+
+
+@functools.lru_cache(maxsize=1024)  # many programs are made of few texts
+def _pieces(text: str, double: bool) -> tuple[tuple[str, int, str], ...]:
+    """A text cut where pasting has something to do: what, the line's number, and the line.
+
+    What: "include" or "include in double", the line its file's name; "version"; the word of a
+    condition; "" for all lines between two of these, in one piece.
+    """
+    found: list[tuple[str, int, str]] = []
+    between: list[str] = []
+    for number, line in enumerate(_lines(text, double), 1):
+        what, piece = "", line
+        if "#" in line:  # most have none
+            if include := _INCLUDE.match(line):
+                what, piece = "include in double" if include[2] else "include", include[1]
+            elif condition := _CONDITION.match(line):
+                what = condition[1]
+            elif line.startswith("#version"):
+                what = "version"
+        if not what:
+            between.append(line)
+            continue
+        if between:
+            found.append(("", number - 1, "\n".join(between)))
+            between = []
+        found.append((what, number, piece))
+    if between:
+        found.append(("", 0, "\n".join(between)))
+    return tuple(found)

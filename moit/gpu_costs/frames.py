@@ -17,7 +17,14 @@ import dataclasses
 from collections.abc import Mapping
 
 from moit.catalog import Technique
-from moit.catalog.targets import KeyWords, SliceWords, Target, Targets, texel_bytes
+from moit.catalog.targets import (
+    ExtentWords,
+    KeyWords,
+    SliceWords,
+    Target,
+    Targets,
+    texel_bytes,
+)
 from moit.gpu_costs.cards import Card
 from moit.gpu_costs.cost import WAVE, Cost
 
@@ -109,6 +116,8 @@ def predicted(
     state = _state(technique, targets)
     if isinstance(targets.words, SliceWords):
         spent |= _sliced(time, costs, technique.block_side, targets, targets.words)
+    elif isinstance(targets.words, ExtentWords):
+        spent |= _sliced_extents(time, costs, targets, targets.words)
     elif targets.words:
         spent |= _keyed(time, costs, targets, targets.words)
     elif targets.rounds:
@@ -179,6 +188,24 @@ def _sliced(
 def _share(words: SliceWords, blocks: int) -> float:
     """Of pixels, those whose fragments are added."""
     return 1 / blocks if words.of_middle else 1.0
+
+
+def _sliced_extents(
+    time: _Time, costs: Mapping[str, Cost], targets: Targets, words: ExtentWords
+) -> dict[str, float]:
+    """Ends of pixels and two slices of each fragment, which atomics read and write; sums of each
+    pixel; shading by all words of a pixel, which its fragments share, and which are cleared
+    before."""
+    frame, all_words = time.frame, WORD * words.all
+    capture = time.fragments(_cycles(costs, MARK), 2 * 2 * WORD)
+    capture += time.fragments(_cycles(costs, ACCUMULATE), 2 * 2 * WORD)
+    capture += time.pixels(0, all_words, frame.pixels) + time.pixels(0, 2 * WORD, frame.touched)
+    summed = _cycles(costs, INTEGRATE) * words.slots / TURNS
+    sums = time.pixels(summed, 2 * WORD * words.slots, frame.pixels)
+    written = 2 * sum(map(_texel, targets.shaded))
+    shade = time.fragments(_cycles(costs, TRANSMITTANCE), written)
+    shade += time.pixels(0, all_words, frame.touched)
+    return {"capture": capture, "factors": sums, "shade": shade}
 
 
 def _keyed(
@@ -315,6 +342,8 @@ def bytes_of(technique: Technique) -> tuple[float | None, float | None]:
         return None, None
     if isinstance(targets.words, SliceWords):
         return _bytes_of_slices(technique.block_side**2, targets, targets.words)
+    if isinstance(targets.words, ExtentWords):
+        return _bytes_of_extents(targets, targets.words)
     if targets.words:
         return _bytes_of_keys(targets, targets.words)
     state, side = _state(technique, targets), technique.block_side
@@ -346,3 +375,11 @@ def _bytes_of_slices(blocks: int, targets: Targets, words: SliceWords) -> tuple[
     moved = 2 * 2 * WORD * _share(words, blocks) + 3 * WORD
     moved += 2 * sum(map(_texel, (*targets.held, *targets.shaded)))
     return WORD * words.slots / blocks + sum(map(_texel, totals)), moved
+
+
+def _bytes_of_extents(targets: Targets, words: ExtentWords) -> tuple[float, float]:
+    """As they are while fragments are added. A fragment finds where its pixel begins and ends,
+    reads that twice again, changes two slices, and reads six sums."""
+    shaded = list(map(_texel, targets.shaded))
+    moved = WORD * (2 * 2 + 2 + 2 * 2 + 2 + 6) + 2 * sum(shaded)
+    return float(WORD * words.all + sum(shaded[1:])), float(moved)

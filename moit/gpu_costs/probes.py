@@ -31,7 +31,7 @@ from moit.gpu_costs.frames import (
 # The functions by the passes that call them, of which a text's first counts; those of techniques of
 # one pass have their own names.
 FUNCTIONS = {
-    MARK: ("moit_mark", "moit_keep"),
+    MARK: ("moit_mark", "moit_keep", "moit_extend"),
     MARK_SECOND: ("moit_keep_rest",),
     COUNT: ("moit_count_slices",),
     PLACE: ("moit_place_slices",),

@@ -88,7 +88,8 @@ def composite(
       range.
     - depth of "sorted" and "unsorted" gets 0: their answers jump where an order changes.
 
-    - Which fragments are kept or come first, and what rounding adds to steps of slices, stays.
+    - Which fragments are kept or come first, what rounding adds to steps of slices, and between
+      which slices a network sees a fragment, stays.
     - "stochastic" gives what its samples estimate: by transmittances and, with normalize=False, by
       pictures, derivatives that are on average those of "sorted".
     - Slices at a bound of moments (`inside`) are on its side.
@@ -191,7 +192,6 @@ REASONS = {
     "mlab": (CHOOSES, "hybrid4"),
     "deep-shadow": (CHOOSES, "sorted"),
     "avboit": ("light behind slices is kept in 255 steps", "slices64"),
-    "neural-slices": ("its network reads whole steps, and has none by these yet", "slices64"),
     "anchors": ("what is kept is chosen by importance, and jumps with it", "hybrid4"),
     "strong": ("what is kept is chosen by importance, and jumps with it", "hybrid4"),
 }

@@ -29,6 +29,8 @@ from moit.kit.wgsl import KEPT, WGSL
 from moit.system.version import VERSION
 
 MOST_LINES = 250  # of an include, where its text can be laid out in so many
+# What an include says in places of their own, not among its declarations.
+_APART = ("option", "buffer", "memory")
 LANGUAGES = {one.name: one for one in (GLSL, HLSL, WGSL, METAL, SLANG)}
 
 
@@ -121,13 +123,156 @@ class Include:
         return found.hexdigest()[:16]
 
 
+@dataclasses.dataclass(frozen=True)
+class _Targets:
+    """Those of an include, by the names that they have in it (see Include)."""
+
+    held: tuple[tuple[str, Target], ...]
+    shaded: tuple[tuple[str, Target], ...]
+    second: tuple[tuple[str, Target], ...]
+    extents: tuple[tuple[str, Target], ...]
+    means: tuple[tuple[str, Target], ...]
+    own_total: str
+
+    @property
+    def bound(self) -> int:
+        """How many an engine binds: buffers and shared arrays come after them."""
+        groups = (self.held, self.means, self.second, self.shaded, self.extents)
+        return sum(len(group) for group in groups)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Parts:
+    """What an include says, before it is laid out.
+
+    texts : of the items, in the language.
+    """
+
+    technique: Technique
+    recipe: Recipe
+    language: Language
+    stem: str
+    items: list[Item]
+    texts: list[str]
+    entries: tuple[str, ...]
+    context: Context
+    targets: _Targets
+    kept: Kept | None
+    buffers: tuple[Buffer, ...]
+    resolves: tuple[str, ...]
+
+    def laid_out_at(self, tight: int) -> tuple[str, frozenset[str]]:
+        """The text, and what only the page says."""
+        language, memory = self.language, self.recipe.memory
+        said_on_page = _said_on_page(self.items, self.entries, tight)
+        declared = _declared(self.items, self.texts, language, tight, said_on_page)
+        declared = "\n\n".join(filter(None, [language.lacking(declared), declared]))
+        if language is WGSL and "moit_kept(" in declared:
+            declared = f"{KEPT}\n\n{declared}"
+        start = start_of(language.name) if self.kept else ""
+        arrays = "\n".join(buffering(language.name, one) for one in self.buffers)
+        shared = sharing(language.name, memory, declared, self.targets.bound) if memory else ""
+        parts = (start, language.start, _options(self.items, language), arrays, shared, declared)
+        apart = "\n\n" if tight < FILLED else "\n"
+        inside = apart.join([*(part for part in parts if part), self._fetched(tight)])
+        if language is not WGSL:
+            guard = f"MOIT_{self.stem.upper()}_INCLUDED"
+            inside = f"#ifndef {guard}\n#define {guard}\n{inside}\n#endif"
+        return f"{_head(self.technique, self.recipe, language)}\n\n{inside}\n", said_on_page
+
+    def _fetched(self, tight: int) -> str:
+        if self.kept:
+            return keeping(self.language.name, self.kept, tight)
+        of, small = self.targets, self.recipe.side > 1
+        read = (of.held, of.shaded, of.second, of.extents, tight, small)
+        return fetching(self.language.name, *read, self.resolves, of.means, of.own_total)
+
+    def in_room(self) -> tuple[str, frozenset[str], int, str]:
+        """Laid out as tightly as MOST_LINES ask, how tightly that is, and with room for all."""
+        plain, said_on_page = self.laid_out_at(0)
+        text, tight = plain, 0
+        while text.count("\n") > MOST_LINES and tight < RUN_ON:
+            tight += 1
+            text, said_on_page = self.laid_out_at(tight)
+        if text.count("\n") > MOST_LINES:  # where that does not do lines need not be filled
+            tight = FILLED - 1
+            text, said_on_page = self.laid_out_at(tight)
+        return text, said_on_page, tight, plain
+
+
 def include_of(technique: Technique, recipe: Recipe, language: Language) -> Include:
     """A technique's text in a language. ValueError where the language cannot say it."""
+    _refuse_unsayable(technique, recipe, language)
+    items = _items_of(recipe, language)
+    names = _rename(items)
+    structs = {item.names[0]: item for item in items if item.kind == "struct"}
+    entries = tuple(names[one] for one in recipe.entries if one in names)
+    begins = {names[one]: member for one, member in recipe.never_negative.items() if one in names}
+    touching = reaching(items, {names[f] for one in recipe.memory for f in one.functions})
+    context = Context(structs, keeping_of(items, entries), begins, touching)
+    targets = _targets_of(recipe, structs)
+    stem = re.sub(r"\W+", "_", technique.base_name)
+    parts = _Parts(
+        technique,
+        recipe,
+        language,
+        stem,
+        items,
+        ["" if item.kind in _APART else language.item(item, context) for item in items],
+        entries,
+        context,
+        targets,
+        _kept(recipe, targets.held, targets.shaded, entries),
+        tuple(
+            buffer_of(language.name, names[one], rows, stem, targets.bound + i)
+            for i, (one, rows) in enumerate(recipe.buffers.items())
+        ),
+        _given_to("moit_resolve", items),
+    )
+    text, said_on_page, tight, plain = parts.in_room()
+    functions = {item.names[0]: item for item in items if item.kind == "function"}
+    return Include(
+        name=f"moit_{stem}.{language.ending}",
+        language=language,
+        text=text,
+        options=tuple(_option(item) for item in items if item.kind == "option"),
+        calls=entries,
+        heads=tuple(language.head(functions[one], context) for one in entries if one in functions),
+        held=targets.held,
+        shaded=targets.shaded,
+        factors=tuple(members_of(structs["moit_factors"])) if "moit_factors" in structs else (),
+        notes=tuple(_notes(items, said_on_page, tight == RUN_ON)),
+        state=recipe.state,
+        kept=parts.kept,
+        shape=recipe.shape,
+        count=recipe.count,
+        factor_formats=_factor_formats(recipe, structs.get("moit_factors")),
+        buffers=parts.buffers,
+        second=targets.second,
+        side=recipe.side,
+        memory=recipe.memory,
+        programs=recipe.programs,
+        touching=tuple(sorted(touching)),
+        touched={one: touched_by(one, items, recipe.memory) for one in entries if one in touching},
+        plain=plain,
+        extents=targets.extents,
+        resolves=parts.resolves,
+        by_factors=tuple(names[one] for one in recipe.by_factors if one in names),
+        means=targets.means,
+        own_total=targets.own_total,
+    )
+
+
+def _refuse_unsayable(technique: Technique, recipe: Recipe, language: Language) -> None:
     if recipe.state and language is WGSL:
         raise no_kit(technique, NO_ORDER, "'wavelet8'", " in WGSL")
     if recipe.shape == SAMPLED and language is WGSL and recipe.count != WGSL_SAMPLES:
         why = f"pixels have {WGSL_SAMPLES} samples there, or one"
         raise no_kit(technique, why, f"'stochastic{WGSL_SAMPLES}'", " in WGSL")
+
+
+def _items_of(recipe: Recipe, language: Language) -> list[Item]:
+    """What the text needs, with the options that the recipe decides."""
     fixed = dict(recipe.fixed)
     if language.fused is not None:
         fixed["NOT_FUSED"] = int(not language.fused)
@@ -138,92 +283,19 @@ def include_of(technique: Technique, recipe: Recipe, language: Language) -> Incl
     for item in items:
         if item.kind == "option" and item.names[0] in recipe.values:
             item.words[item.start :] = words_of(_number(recipe.values[item.names[0]]))
-    names = _rename(items)
-    structs = {item.names[0]: item for item in items if item.kind == "struct"}
-    entries = tuple(names[one] for one in recipe.entries if one in names)
-    begins = {names[one]: member for one, member in recipe.never_negative.items() if one in names}
-    touching = reaching(items, {names[f] for one in recipe.memory for f in one.functions})
-    context = Context(structs, keeping_of(items, entries), begins, touching)
+    return items
+
+
+def _targets_of(recipe: Recipe, structs: dict[str, Item]) -> _Targets:
     words_alone = recipe.state is not None and not recipe.held
     held, shaded = _named_targets(recipe, None if words_alone else structs.get("moit_sums"))
-    second = _by_members(recipe.text, "seconds", structs.get("moit_seconds"), recipe.second)
-    extents = _by_members(recipe.text, "extents", structs.get("moit_extents"), recipe.extents)
-    kept = _kept(recipe, held, shaded, entries)
-    resolves = _given_to("moit_resolve", items)
-    stem = re.sub(r"\W+", "_", technique.base_name)
-    means = tuple((f"mean{i}", one) for i, one in enumerate(recipe.means))
-    own_total = held[-1][0] if recipe.own_total else ""
-    bound = len(held) + len(means) + len(second) + len(shaded) + len(extents)
-    buffers = tuple(
-        buffer_of(language.name, names[one], rows, stem, bound + i)
-        for i, (one, rows) in enumerate(recipe.buffers.items())
-    )
-    arrays = "\n".join(buffering(language.name, one) for one in buffers)
-
-    def laid_out_at(tight: int) -> tuple[str, frozenset[str]]:
-        """The text, and what only the page says."""
-        said_on_page = _said_on_page(items, entries, tight)
-        declared = _declared(items, language, context, tight, said_on_page)
-        declared = "\n\n".join(filter(None, [language.lacking(declared), declared]))
-        if language is WGSL and "moit_kept(" in declared:
-            declared = f"{KEPT}\n\n{declared}"
-        start = start_of(language.name) if kept else ""
-        shared = sharing(language.name, recipe.memory, declared, bound) if recipe.memory else ""
-        parts = (start, language.start, _options(items, language), arrays, shared, declared)
-        if kept:
-            fetched = keeping(language.name, kept, tight)
-        else:
-            small = recipe.side > 1
-            read = (held, shaded, second, extents, tight, small, resolves, means, own_total)
-            fetched = fetching(language.name, *read)
-        apart = "\n\n" if tight < FILLED else "\n"
-        inside = apart.join([*(part for part in parts if part), fetched])
-        if language is not WGSL:
-            guard = f"MOIT_{stem.upper()}_INCLUDED"
-            inside = f"#ifndef {guard}\n#define {guard}\n{inside}\n#endif"
-        return f"{_head(technique, recipe, language)}\n\n{inside}\n", said_on_page
-
-    for tight in range(RUN_ON + 1):
-        text, said_on_page = laid_out_at(tight)
-        if text.count("\n") <= MOST_LINES:
-            break
-    else:  # where that does not do lines need not be filled
-        tight = FILLED - 1
-        text, said_on_page = laid_out_at(tight)
-    return Include(
-        f"moit_{stem}.{language.ending}",
-        language,
-        text,
-        tuple(_option(item) for item in items if item.kind == "option"),
-        entries,
-        tuple(
-            language.head(item, context)
-            for name in entries
-            for item in items
-            if item.kind == "function" and item.names[0] == name
-        ),
+    return _Targets(
         held,
         shaded,
-        tuple(members_of(structs["moit_factors"])) if "moit_factors" in structs else (),
-        tuple(_notes(items, said_on_page, tight == RUN_ON)),
-        recipe.state,
-        kept,
-        recipe.shape,
-        recipe.count,
-        _factor_formats(recipe, structs.get("moit_factors")),
-        buffers,
-        second,
-        recipe.side,
-        recipe.memory,
-        recipe.programs,
-        tuple(sorted(touching)),
-        {one: touched_by(one, items, recipe.memory) for one in entries if one in touching},
-        laid_out_at(0)[0],
-        extents,
-        resolves,
-        tuple(names[one] for one in recipe.by_factors if one in names),
-        means,
-        own_total,
+        _by_members(recipe.text, "seconds", structs.get("moit_seconds"), recipe.second),
+        _by_members(recipe.text, "extents", structs.get("moit_extents"), recipe.extents),
+        tuple((f"mean{i}", one) for i, one in enumerate(recipe.means)),
+        held[-1][0] if recipe.own_total else "",
     )
 
 
@@ -387,8 +459,8 @@ def _options(items: list[Item], language: Language) -> str:
 
 def _declared(
     items: list[Item],
+    texts: list[str],
     language: Language,
-    context: Context,
     tight: int,
     said_on_page: frozenset[str],
 ) -> str:
@@ -396,8 +468,8 @@ def _declared(
     and that have no room for it beside them."""
     lines: list[str] = []
     before = ""
-    for item in items:
-        if item.kind in ("option", "buffer", "memory"):
+    for item, text in zip(items, texts, strict=True):
+        if item.kind in _APART:
             continue
         comments = text_of(item.words[: item.start])
         said = " ".join(_paragraphs(item))
@@ -407,7 +479,7 @@ def _declared(
         if section or (not tight and said and before == "function"):
             lines.append("")
         comment = comment_of(first_sentence(said)) if said else []
-        text = language.item(item, context)[len(comments) :]
+        text = text[len(comments) :]
         if item.kind == "struct" and language.makes_structs(items, item):
             text += f"\n{language.maker(item)}"
         made = laid_out(text, tight)

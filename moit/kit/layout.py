@@ -4,6 +4,7 @@ is one line. What is computed stays word for word."""
 from __future__ import annotations
 
 import dataclasses
+import functools
 import re
 import textwrap
 from collections.abc import Iterable
@@ -25,6 +26,11 @@ def laid_out(text: str, tight: int = 0) -> list[str]:
         words may, on the next; 7: and so do whole functions, in which products have no blanks and
         nothing is said (the page says it).
     """
+    return list(_laid_out(text, tight))
+
+
+@functools.lru_cache(maxsize=4096)  # many includes share declarations
+def _laid_out(text: str, tight: int) -> tuple[str, ...]:
     words = words_of(text)
     found: list[str] = []
     at = 0
@@ -39,7 +45,7 @@ def laid_out(text: str, tight: int = 0) -> list[str]:
             end = _end(words, at)
             found += _declaration(words[at:end], tight)
             at = end
-    return found
+    return tuple(found)
 
 
 def comment_of(text: str, indent: str = "") -> list[str]:

@@ -15,7 +15,7 @@ from moit.catalog.moment_transparency import STORAGES
 from moit.catalog.network import network_of
 from moit.catalog.renormalised import Renormalised
 from moit.catalog.targets import Target, shipped_targets_of
-from moit.kit import gathered_recipes, keyed_recipes, ordered_recipes, rounds
+from moit.kit import gathered_recipes, keyed_recipes, ordered_recipes, own_slice_recipes, rounds
 from moit.kit.block_means import check_blocks, in_blocks
 from moit.kit.fourier_text import MOST, fourier_text
 from moit.kit.keyed_recipes import front
@@ -27,7 +27,7 @@ from moit.kit.recipe import no_kit as _no_kit
 from moit.kit.refusals import nearest_kit, why_not
 
 # Files that have recipes, beside those below.
-FILES = (gathered_recipes, keyed_recipes, ordered_recipes, rounds)
+FILES = (gathered_recipes, keyed_recipes, ordered_recipes, own_slice_recipes, rounds)
 
 
 def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
@@ -73,6 +73,7 @@ def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
         "avboit",
         "slices64",
         "slices32(resolution=4,total='full')",
+        "neural-slices8",
         "anchors4",
         "strong5",
         "front2",

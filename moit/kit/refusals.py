@@ -10,10 +10,6 @@ _NEEDS = {
     "sorted": f"{_LIST} blends it",
     "deep-shadow": f"{_LIST} compresses its curve to as many nodes as the tolerance takes",
     "transmittance-function-map": f"{_LIST} projects its exact transmittance onto cosines",
-    "neural-slices": (
-        "it needs a pass over geometry that finds where each pixel begins and ends, one that adds "
-        "to its slices by atomics, and a text for engines of the network that reads these"
-    ),
     "dfa": (
         "it needs a pass over geometry that finds the two nearest fragments of a pixel before one "
         "that adds up all others behind them, for a network"
@@ -23,7 +19,6 @@ _NEAREST = {
     "unsorted": "weighted-average",
     "deep-shadow": "adaptive16",
     "transmittance-function-map": "fourier7",
-    "neural-slices": "slices64",
     "dfa": "hybrid4",
 }
 

@@ -91,7 +91,10 @@ def closing(words: list[Word], at: int) -> int:
 
 
 def is_sign(words: list[Word], at: int, *signs: str) -> bool:
-    return 0 <= at < len(words) and words[at].kind == "sign" and words[at].text in signs
+    if not 0 <= at < len(words):
+        return False
+    word = words[at]
+    return word.text in signs and word.kind == "sign"
 
 
 def split(words: list[Word], sign: str = ",") -> list[list[Word]]:

@@ -55,6 +55,7 @@
 #define DRAW_SHADES (OVER_TRIANGLES + 4)
 #define RESOLVE (OVER_TRIANGLES + 5)
 #define BETWEEN (OVER_TRIANGLES + 6)
+#define DRAW_WORDS (OVER_TRIANGLES + 7)
 
 // ORDERED, with PASS DRAW_ORDERED (meshes/extensions.glsl).
 #define FETCH 1     // targets are read, too

@@ -21,7 +21,8 @@
 #endif
 // Of what moments are stored in: 1, floats or fewer digits (kernels/power_rules.h).
 #define HELD_AS_FLOATS (double(SCALAR(0.1lf)) != 0.1lf ? 1 : 0)
-#define DRAWN (PASS == DRAW_TERMS || PASS == DRAW_ORDERED || PASS == DRAW_SHADES)
+#define DRAWN \
+    (PASS == DRAW_TERMS || PASS == DRAW_ORDERED || PASS == DRAW_WORDS || PASS == DRAW_SHADES)
 
 #if !DRAWN
 layout(local_size_x = GROUP) in;

@@ -6,6 +6,7 @@
 //
 //   void set_terms(surface s, uint p)  DRAW_TERMS: numbers that s adds
 //   void take(surface s)            DRAW_ORDERED: numbers after s has come
+//   void change_words(surface s, uint p)   DRAW_WORDS: changes words of p, by atomics, for s
 //   void collect(uint p)            COLLECT: from numbers what CAPTURE leaves
 //   void load_ray(uint p), number in_front(uint p, surface s)   DRAW_SHADES: what s counts
 //   SHADES_SECOND and number second_of(surface s)               for the second target, if there is
@@ -16,17 +17,18 @@
 //   TARGETS             how many there are for numbers; FROM0 .. FROM7: the first number of each,
 //                       CHANNELS0 .. CHANNELS7: how many it has; WORDS0 .. WORDS7: true where
 //                       they are words of 16 bits, which the target holds as shares of 65,535
-//   void after_round(uint p)            BETWEEN: what a second round of terms needs of the first
+//   void after_round(uint p)            BETWEEN: what a second round needs of the first
 //
 //   EMPTY               a pixel a thread: numbers before any fragment, for INTERLOCK
 //   DRAW_TERMS          triangles; blend: add
 //   DRAW_ORDERED        triangles; ORDERED in meshes/extensions.glsl
+//   DRAW_WORDS          triangles, to no target
 //   COLLECT, BETWEEN    a pixel a thread
 //   DRAW_SHADES         triangles; blend: add colour and opacity times what they count
 //   RESOLVE             a pixel a thread: its colour over opaque surfaces; UNSHADED: of what has
 //                       no DRAW_SHADES
 
-#if PASS == DRAW_TERMS || PASS == DRAW_ORDERED || PASS == DRAW_SHADES
+#if DRAWN
 #include "meshes/transparent.glsl"
 
 uint pixel_number(ivec2 pixel) {
@@ -66,6 +68,13 @@ void main() {
 #endif
     }
     if (!there) discard; // last: what comes behind takes llvmpipe 50 s to compile, not 0.2
+}
+
+#elif PASS == DRAW_WORDS
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    surface s;
+    if (drawn_surface(pixel, false, s)) change_words(s, pixel_number(pixel));
 }
 
 #elif PASS == DRAW_TERMS || PASS == DRAW_ORDERED || PASS == COLLECT || PASS == EMPTY

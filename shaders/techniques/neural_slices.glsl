@@ -4,6 +4,7 @@
 //
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   SLOTS                  2 to 256 slices
+//   ROUND                  of DRAW_WORDS 0: where pixels begin and end; 1: slices
 #include "arrays/reads.glsl"
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
@@ -50,9 +51,29 @@ slice_place place_of(uint p, surface s) {
     return own_slice_place(extent_held(p), warped(s.depth), K(SLOTS - 1));
 }
 
+#if PASS == EXTENT || PASS == BETWEEN
+// By the words of its ends, before any fragment is added.
+void begin_slices(uint p, number nearest, number farthest) {
+    for (uint k = 0u; k < SUMS; ++k) sums[SUMS * p + k] = 0u;
+    own_extent e = extent_of_words(nearest, farthest);
+    factors[FACTORS_SIZE * p] = SCALAR(e.nearest);
+    factors[FACTORS_SIZE * p + 1u] = SCALAR(e.farthest);
+}
+#elif PASS == DEPOSIT || PASS == DRAW_WORDS
+#include "arrays/added.glsl"
+
+void deposit(uint p, surface s) {
+    slice_place place = place_of(p, s);
+    number code = code_of(p, s);
+    uint near = uint(slice_near(code, place.inside));
+    uint first = SUMS * p + uint(place.cell) + 2u;
+    add(first, near);
+    add(first + 1u, uint(code) - near);
+}
+#endif
+
 #if PASS == EXTENT
 void own_pass(uint p) {
-    for (uint k = 0u; k < SUMS; ++k) sums[SUMS * p + k] = 0u;
     number nearest = K(1.0);
     number farthest = K(-1.0);
     for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
@@ -61,9 +82,11 @@ void own_pass(uint p) {
         nearest = s.alpha > K(0.0) ? min(nearest, z) : nearest;
         farthest = s.alpha > K(0.0) ? max(farthest, z) : farthest;
     }
-    own_extent e = extent_of_words(word_at_most(nearest), word_at_least(farthest));
-    factors[FACTORS_SIZE * p] = SCALAR(e.nearest);
-    factors[FACTORS_SIZE * p + 1u] = SCALAR(e.farthest);
+    begin_slices(p, word_at_most(nearest), word_at_least(farthest));
+}
+#elif PASS == BETWEEN
+void after_round(uint p) {
+    begin_slices(p, number(65535u - indices[2u * p]), number(indices[2u * p + 1u]));
 }
 #elif PASS == CAPTURE
 void capture(uint p) {
@@ -72,15 +95,18 @@ void capture(uint p) {
     set_total(p, through);
 }
 #elif PASS == DEPOSIT
-#include "arrays/added.glsl"
-
-void own_pass(uint p, surface s) {
-    slice_place place = place_of(p, s);
-    number code = code_of(p, s);
-    uint near = uint(slice_near(code, place.inside));
-    uint first = SUMS * p + uint(place.cell) + 2u;
-    add(first, near);
-    add(first + 1u, uint(code) - near);
+void own_pass(uint p, surface s) { deposit(p, s); }
+#elif PASS == DRAW_WORDS
+void change_words(surface s, uint p) {
+#if ROUND == 0
+    // in `indices` the greatest of each: how near the pixel begins, and how far it ends
+    if (s.alpha > K(0.0)) {
+        atomicMax(indices[2u * p], 65535u - uint(word_at_most(warped(s.depth))));
+        atomicMax(indices[2u * p + 1u], uint(word_at_least(warped(s.depth))));
+    }
+#else
+    deposit(p, s);
+#endif
 }
 #elif PASS == FACTOR
 void factor(uint p) {
@@ -109,5 +135,18 @@ number in_front(uint p, surface s) {
     real x = seen.least + slice_share(0, seen.seen) * seen.room;
     return ABSORBS == 1 ? number(x) : exponential(-x);
 }
+#elif PASS == RESOLVE
+#define RESOLVES_DRAWN
+contribution resolved_drawn(uint p, vec4 held, vec4 second) {
+    set_total(p, double(second.x));
+    precise contribution c;
+    for (int k = 0; k < 3; ++k) c.color[k] = double(held[k]);
+    c.covers = double(held.a);
+    return c;
+}
+#endif
+#if PASS == DRAW_SHADES
+#define SHADES_SECOND
+number second_of(surface s) { return s.alpha; }
 #endif
 #include "arrays/questions.glsl"

@@ -7,6 +7,7 @@ what the ray lets through, `curve` the transmittance in front of other depths.
 
 import dataclasses
 import functools
+import math
 
 import numpy as np
 from mpmath import mp, mpf
@@ -334,6 +335,59 @@ def by_slices(technique, z, alpha, depth):
     return read, product(alpha)
 
 
+def by_neural_slices(technique, z, alpha, depth, packed=None):
+    """Ours, of one pixel at the corner of the picture, between whose slices a network decides. What
+    rounding the unchanged alpha and z adds to whole steps and to the pixel's ends stays."""
+    if packed is None:
+        packed = [mpf(float(w)) for w in weights_of(technique)]
+    last, most = technique.count - 1, 2**technique.bits - 1
+    quantum = mp.log(most if technique.bits == 8 else most + 1) / most
+
+    def end(at, rounded):
+        word = rounded((float(at) + 1) / 2 * 65535)
+        return at + (2 * mpf(word) / 65535 - 1 - mpf(float(at)))
+
+    nearest, farthest = end(min(z), math.floor), end(max(z), math.ceil)
+
+    def place(at):
+        x = (at - nearest) / (farthest - nearest) * last
+        cell = min(int(mp.floor(x)), last - 1)
+        return cell, x - cell
+
+    slices, own = [mpf(0)] * (last + 1), {}
+    for at, a in zip(z, absorbances(technique, alpha), strict=True):
+        (cell, inside), steps = place(at), a / quantum
+        threshold = mp.frac(mpf("0.0078125") + mp.floor((at + 1) / 2 * 65535) * mpf(159) / 256)
+        code = steps + (mp.floor(mpf(float(steps)) + threshold) - mpf(float(steps)))
+        near = code * (1 - inside)
+        near += mp.nint(near) - mpf(float(near))
+        slices[cell] += near
+        slices[cell + 1] += code - near
+        own[at] = code, near
+    total = mp.fsum(slices)
+
+    def read(at, excluded):
+        cell, inside = place(at)
+        code, near = own[at] if excluded else (mpf(0), mpf(0))
+        outer, front, middle, back, beyond = (
+            mp.fsum(slices[: max(cell + k, 0)]) for k in range(-1, 4)
+        )
+        if not nearest <= at <= farthest:
+            return mp.exp(-quantum * (front if at < nearest else back))
+        both = back - front
+        room = max(both - code, 0)
+        twice = front + middle + inside * both - near - inside * code
+        even = (max(twice, 0) / 2 - front) / max(room, 1)
+        x = [front / max(total, 1), room / max(total, 1), absorbance_of(technique, excluded)]
+        x += [inside, (middle - front) / max(both, 1)]
+        x += [(front - outer) / max(total, 1), (beyond - back) / max(total, 1)]
+        x += [min(max(mp.log(max(total * quantum, 1e-4)), -8), 8), min(max(even, 0), 1)]
+        x += [min(max(mp.log(max(room * quantum, 1e-4)), -8), 3)]
+        return mp.exp(-quantum * (front + network_share(packed, x) * room))
+
+    return read, product(alpha)
+
+
 def within_moments(technique, z, alpha, read):
     """Between what four power moments prove, of a bias as the core's bounds have."""
     a = absorbances(technique, alpha)
@@ -356,6 +410,7 @@ STATES = {
     "neural": by_neural,
     "neural-bounded": by_bounded,
     "slices": by_slices,
+    "neural-slices": by_neural_slices,
     "power": by_power,
     "trig": by_circle,
     "moment-transparency": by_moment_transparency,

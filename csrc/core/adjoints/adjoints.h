@@ -88,7 +88,8 @@ moit_pull_back moit_sorted_pull_back, moit_alpha_blend_pull_back, moit_weighted_
     moit_weighted_average_pull_back, moit_weighted_blended_pull_back, moit_moments_pull_back,
     moit_fourier_pull_back, moit_haar_pull_back, moit_function_map_pull_back, moit_slices_pull_back,
     moit_peeling_pull_back, moit_hybrid_pull_back, moit_bounded_pull_back, moit_neural_pull_back,
-    moit_deep_pull_back, moit_front_pull_back, moit_stochastic_pull_back;
+    moit_deep_pull_back, moit_front_pull_back, moit_stochastic_pull_back,
+    moit_neural_slices_pull_back;
 
 /* As the technique's `weigh`, and keeps what its `pull_back` takes. */
 void moit_moments_weigh_again(const moit_job *job, moit_tile *tile, const moit_adjoint *by);
@@ -97,6 +98,12 @@ void moit_moments_weigh_again(const moit_job *job, moit_tile *tile, const moit_a
  * tile->bounds (lower, upper); and pulls that back, with z of the tile as slices have it. */
 void moit_slices_take_bounded(const moit_job *job, const moit_tile *tile, const moit_adjoint *by);
 void moit_slices_pull_bounds(const moit_job *job, moit_tile *tile, const moit_adjoint *by);
+
+/* Of slices of a pixel, which n fragments have added `near` to, at slot / 2, and `far` to the next:
+ * from derivatives by the sums before each, (MOIT_MOST_SLICES + 4), to those by what is added, in
+ * place. One that has its most stays at that. */
+void moit_slices_pull_sums(int n, const int32_t *slot, const double *near, const double *far,
+                           double most, double *by_sum);
 
 /* Why a technique has no derivatives; NULL: it has. */
 const char *moit_weighted_blended_refusal(const moit_technique *technique);

@@ -62,15 +62,18 @@ static void read_sums(const slices_of_pixel *s, const places *read, int first,
     }
 }
 
-/* A slice that has its most stays at that. */
-static void leave_full(const slices_of_pixel *s, double *by_slice) {
-    double sum[MOST_SUMS] = {0.0};
-    for (int i = s->first; i < s->end; ++i) {
-        sum[s->own.slot[i] / 2] += s->near[i];
-        sum[s->own.slot[i] / 2 + 1] += s->far[i];
+void moit_slices_pull_sums(int n, const int32_t *slot, const double *near, const double *far,
+                           double most, double *by_sum) {
+    double sum[MOST_SUMS] = {0.0}, behind = 0.0;
+    for (int i = 0; i < n; ++i) {
+        sum[slot[i] / 2] += near[i];
+        sum[slot[i] / 2 + 1] += far[i];
     }
-    for (int k = 0; k < MOST_SUMS; ++k)
-        if (sum[k] >= s->most) by_slice[k] = 0.0;
+    for (int k = MOST_SUMS; k-- > 0;) { /* a slice is in all sums before later ones */
+        double here = by_sum[k];
+        by_sum[k] = sum[k] >= most ? 0.0 : behind;
+        behind += here;
+    }
 }
 
 /* By what is added to slices to fragments. */
@@ -102,19 +105,15 @@ void moit_slices_pull_back(const moit_job *job, moit_tile *tile, const moit_adjo
     moit_adjoint_begin(job, tile, by);
     if (job->technique->slices.inside) moit_slices_take_bounded(job, tile, by);
     for (int p = 0; p < tile->pixels; ++p) {
-        double by_sum[MOST_SUMS] = {0.0}, behind = 0.0;
+        double by_sum[MOST_SUMS] = {0.0};
         moit_readings at = moit_readings_of(job, tile, by, p, false);
         s.first = tile->offsets[p];
         s.end = tile->offsets[p + 1];
         memset(by_code + s.first, 0, (size_t)(s.end - s.first) * sizeof *by_code);
         read_sums(&s, &read, moit_slice_offsets(job, tile)[p], &at,
                   job->depths ? NULL : by_code + s.first, by_sum);
-        for (int k = MOST_SUMS; k-- > 0;) { /* a slice is in all sums before later ones */
-            double here = by_sum[k];
-            by_sum[k] = behind;
-            behind += here;
-        }
-        leave_full(&s, by_sum);
+        moit_slices_pull_sums(s.end - s.first, s.own.slot + s.first, s.near + s.first,
+                              s.far + s.first, s.most, by_sum);
         pull_slices(&s, by_sum, tile->z, by_code + s.first, by->work[1], by->work[2]);
     }
     if (job->technique->slices.inside) moit_slices_pull_bounds(job, tile, by);

@@ -22,6 +22,13 @@ static edge edge_of(const moit_projected_triangle *t, int from, int to) {
                   .bias = bias};
 }
 
+/* A bit for each lane, from the first. */
+FN unsigned lanes_where(truth t) {
+    unsigned found = 0;
+    for (int k = 0; k < LANES; ++k) found |= (unsigned)(t[k] & 1) << k;
+    return found;
+}
+
 static int cover_stage(const moit_projected_triangle *t, int left, int top, int right, int bottom,
                        moit_covered *out) {
     edge e[3] = {edge_of(t, 1, 2), edge_of(t, 2, 0), edge_of(t, 0, 1)};
@@ -30,27 +37,40 @@ static int cover_stage(const moit_projected_triangle *t, int left, int top, int 
     const real scale = K(1.0 / area);
     real inverse_z[3], lane;
     for (int k = 0; k < 3; ++k) inverse_z[k] = K(t->inverse_z[k]);
-    for (int k = 0; k < LANES; ++k) lane[k] = k;
+    int_lanes at_lane;
+    for (int k = 0; k < LANES; ++k) lane[k] = at_lane[k] = k;
     int count = 0;
     for (int y = top; y < bottom; ++y) {
         real row[3];
         for (int k = 0; k < 3; ++k) row[k] = K(e[k].at + e[k].dx * y);
-        for (int x = left; x < right; x += LANES) {
+        for (int x = left; x < right;) {
             real column = K(x) + lane, value[3];
             for (int k = 0; k < 3; ++k) value[k] = row[k] - column * K(e[k].dy);
-            truth in = BOTH(BOTH(value[0] >= 0.0, value[1] >= 0.0),
-                            BOTH(value[2] >= 0.0, column < K(right)));
-            if (!any_lane(in)) continue;
+            unsigned in = lanes_where(BOTH(BOTH(value[0] >= 0.0, value[1] >= 0.0),
+                                           BOTH(value[2] >= 0.0, column < K(right))));
+            if (!in) {
+                x += LANES;
+                continue;
+            }
+            int first = __builtin_ctz(in);
+            if (first) { /* what a row covers are neighbours: now they begin with the first lane */
+                x += first;
+                continue;
+            }
             surface_point p = point_of_surface((value[1] - K(e[1].bias)) * scale,
                                                (value[2] - K(e[2].bias)) * scale, inverse_z);
-            for (int k = 0; k < LANES; ++k) {
-                out->x[count] = x + k;
-                out->y[count] = y;
-                out->second[count] = p.second[k];
-                out->third[count] = p.third[k];
-                out->z[count] = p.z[k];
-                count += in[k] != 0;
-            }
+            store(out->x + count, column);
+            store(out->y + count, K(y));
+            store(out->second + count, p.second);
+            store(out->third + count, p.third);
+            store(out->z + count, p.z);
+            int_lanes place =
+                at_lane + ((y % MOIT_RASTER_TILE) * MOIT_RASTER_TILE + x % MOIT_RASTER_TILE);
+            memcpy(out->place + count, &place, sizeof place);
+            int those = __builtin_ctz(~in);
+            count += those;
+            if (those < LANES) break;
+            x += LANES;
         }
     }
     return count;
@@ -80,8 +100,7 @@ static void shade_stage(int n, const moit_corners *c, const moit_covered *at, co
         store(alpha + i, clamp(a, K(0.0), K(1.0)));
         for (int k = 0; k < 3; ++k) {
             real own = interpolated(p, K(c->color[0][k]), K(c->color[1][k]), K(c->color[2][k]));
-            own = own * light[k];
-            for (int l = 0; l < LANES && i + l < n; ++l) color[3 * (i + l) + k] = own[l];
+            store(color + k * MOIT_REACHED + i, own * light[k]);
         }
     }
 }
@@ -90,6 +109,7 @@ static void sample_stage(int n, const moit_corners *c, const moit_covered *at,
                          const moit_sampling *s, double *color, double *alpha) {
     const moit_material *m = s->material;
     const real columns = K(m->width), rows = K(m->height);
+    const bool plain = m->width == 1 && m->height == 1; /* one texel, however it is read */
     real inverse_z[3], u[3], v[3];
     for (int k = 0; k < 3; ++k) {
         inverse_z[k] = K(s->inverse_z[k]);
@@ -99,20 +119,24 @@ static void sample_stage(int n, const moit_corners *c, const moit_covered *at,
     for (int i = 0; i < n; i += LANES) {
         surface_point p = {load_at_most(at->second + i, n - i), load_at_most(at->third + i, n - i),
                            load_at_most(at->z + i, n - i)};
-        real across =
-            square_of_span(p, inverse_z, K(s->step[0][0]), K(s->step[0][1]), u, v, columns, rows);
-        real along =
-            square_of_span(p, inverse_z, K(s->step[1][0]), K(s->step[1][1]), u, v, columns, rows);
-        texel found = texel_at(s->texels, m->filtering, m->wrap_u, m->wrap_v, columns, rows,
-                               interpolated(p, u[0], u[1], u[2]), interpolated(p, v[0], v[1], v[2]),
-                               max(across, along));
+        texel found;
+        if (plain) {
+            for (int k = 0; k < 4; ++k) found.channel[k] = K(s->texels[k]);
+        } else {
+            real across = square_of_span(p, inverse_z, K(s->step[0][0]), K(s->step[0][1]), u, v,
+                                         columns, rows);
+            real along = square_of_span(p, inverse_z, K(s->step[1][0]), K(s->step[1][1]), u, v,
+                                        columns, rows);
+            found = texel_at(s->texels, m->filtering, m->wrap_u, m->wrap_v, columns, rows,
+                             interpolated(p, u[0], u[1], u[2]), interpolated(p, v[0], v[1], v[2]),
+                             max(across, along));
+        }
         real a = interpolated(p, K(c->alpha[0]), K(c->alpha[1]), K(c->alpha[2]));
         store(alpha + i, clamp(clamp(a, K(0.0), K(1.0)) * found.channel[3], K(0.0), K(1.0)));
         for (int k = 0; k < 3; ++k) {
             real own = interpolated(p, K(c->color[0][k]), K(c->color[1][k]), K(c->color[2][k]));
             real factor = m->painted ? found.channel[k] : K(1.0);
-            if (!m->lit) factor = own * factor;
-            for (int l = 0; l < LANES && i + l < n; ++l) color[3 * (i + l) + k] = factor[l];
+            store(color + k * MOIT_REACHED + i, m->lit ? factor : own * factor);
         }
     }
 }

@@ -1,6 +1,7 @@
 /* Slices of optical depth at equal steps of each pixel's own extent, which a network reads
  * (kernels/slice_network.h). */
 #include "core/pieces.h"
+#include "core/techniques/neural_slices.h"
 #include "core/techniques/slices.h"
 
 #include "core/techniques/options.h"
@@ -8,8 +9,9 @@
 
 #include <math.h>
 
-/* A network of two layers of 8, of 10 numbers of a fragment; those lie `AROUND` sums apart. */
-enum { INPUTS = 10, HIDDEN = 8, AROUND = 6 };
+enum { INPUTS = MOIT_SLICE_INPUTS, HIDDEN = MOIT_SLICE_HIDDEN };
+
+typedef moit_neural_slice_rows rows;
 
 static bool fits(const moit_technique *technique) {
     return technique->slices.bits >= 2 && technique->slices.bits <= 16;
@@ -26,15 +28,6 @@ static int columns_of(const moit_technique *technique) {
     return INPUTS + 2;
 }
 
-/* A tile's own room: places of fragments and of what is asked about. */
-typedef struct {
-    char *features; /* first: who asks for them finds them there */
-    char *code, *near, *far, *inside, *asked_inside, *around;
-    int32_t *slot, *asked_slot;
-    uint32_t *row, *column, *sums;
-    int64_t asked; /* from one of `around` to the next */
-} rows;
-
 static rows lay_out(const moit_job *job, int64_t n, int64_t pixels, pieces *p) {
     int64_t points = pixels * job->depths + MOIT_PADDING, asked = points > n ? points : n;
     return (rows){
@@ -44,7 +37,7 @@ static rows lay_out(const moit_job *job, int64_t n, int64_t pixels, pieces *p) {
         .far = piece(p, n, job->scalar),
         .inside = piece(p, n, job->scalar),
         .asked_inside = piece(p, points, job->scalar),
-        .around = piece(p, asked * AROUND, job->scalar),
+        .around = piece(p, asked * MOIT_SLICE_AROUND, job->scalar),
         .slot = piece(p, n, sizeof(int32_t)),
         .asked_slot = piece(p, points, sizeof(int32_t)),
         .row = piece(p, n, sizeof(uint32_t)),
@@ -60,7 +53,7 @@ static size_t scratch(const moit_job *job, int fragments, int pixels) {
     return p.used;
 }
 
-static rows rows_of(const moit_job *job, const moit_tile *tile) {
+rows moit_neural_slice_rows_of(const moit_job *job, const moit_tile *tile) {
     pieces p = {tile->own, 0};
     return lay_out(job, tile->fragments + MOIT_PADDING, tile->pixels, &p);
 }
@@ -69,7 +62,7 @@ static rows rows_of(const moit_job *job, const moit_tile *tile) {
  * tile->sums. */
 static rows place(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
-    rows r = rows_of(job, tile);
+    rows r = moit_neural_slice_rows_of(job, tile);
     int n = tile->fragments;
     job->stages->absorbance(n, tile->alpha, job->max_alpha, tile->absorbance);
     moit_warp_tile(job, tile);
@@ -158,6 +151,7 @@ const moit_technique_row moit_neural_slices_row = {
     .most_count = MOIT_MOST_SLICES,
     .fits = fits,
     .weigh = weigh,
+    .pull_back = moit_neural_slices_pull_back,
     .total = moit_total_product,
     .curve = curve,
     .bounds = bounds,
