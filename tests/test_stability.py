@@ -1,6 +1,7 @@
 """The stability lab: what it finds on hard rays, its plots and its reports."""
 
 import csv
+import dataclasses
 import json
 
 import numpy as np
