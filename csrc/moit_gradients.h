@@ -16,7 +16,7 @@ typedef struct moit_gradients {
     void *depth, *alpha; /* (N) */
     void *color;         /* (N, 3) */
     void *transmission;  /* (N, 3); needs the fragments' */
-    double *background;  /* (pixels, 3), by a background of each pixel's own */
+    double *background;  /* (pixels, 3), or (3) by one that all pixels have */
     double *network;     /* (moit_network_weights) by the technique's network */
 } moit_gradients;
 

@@ -265,11 +265,12 @@ alpha = alpha - rate * d.alpha
   prove move as these where they are at a bound. Others are refused with a sentence that says why,
   and what is nearest that has some. Not there yet: volumes, Gaussians and emission; the GPU.
 - With `resolution=` states are means of blocks of pixels, of which pixels read the four around
-  them: power and trigonometric moments, Fourier opacity and wavelets have derivatives then, with
-  either `total`. An image is gone through twice: pixels give what they are read by to blocks, a
-  polynomial around the block's mean depth, and fragments take it from there. Function maps,
-  networks, Moment Transparency and slices of blocks, and shares that go by opaque surfaces
-  (`upsampling="depth-aware"`), are refused.
+  them: power and trigonometric moments, Fourier opacity, wavelets, function maps and bounded
+  networks have derivatives then, with either `total`. An image is gone through twice: pixels give
+  what they are read by to blocks, a polynomial around the block's mean depth, and fragments take it
+  from there. Shares that go by opaque surfaces (`upsampling="depth-aware"`) stay as they are, as
+  these do. Moment Transparency of blocks, whose moments are of the pixel at their middle or behind
+  the farthest of their surfaces, and slices of blocks are refused.
 - `composite_jvp` and `total_transmittance_jvp` go forwards: from how fragments and the background
   move to how pictures and totals do, of any technique that has derivatives, for four pullbacks, or
   one.

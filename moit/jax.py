@@ -26,6 +26,7 @@ import numpy as np
 from moit.catalog import Technique
 from moit.geometry.camera import Camera
 from moit.gradients import framed_splats, ragged
+from moit.gradients.ragged import Asked
 
 try:
     import jax
@@ -69,10 +70,11 @@ def composite(
     ends = _offsets(depth, offsets, packed_info, ray_indices, n_rays)
     behind = (0.0, 0.0, 0.0) if background is None else background
     arrays = (depth, alpha, color, transmission, behind)
-    return _ask("composite", arrays, ends, technique, depth_range, threads)
+    return _ask(arrays, ends, _asked("composite", technique, depth_range, threads))
 
 
-def transmittance(
+def _of_rays(
+    asks: str,
     depth: Array,
     alpha: Array,
     *,
@@ -86,6 +88,14 @@ def transmittance(
     depth_range: Sequence[float] | None = None,
     threads: int | None = None,
 ) -> Array:
+    """What has no background."""
+    ends = _offsets(depth, offsets, packed_info, ray_indices, n_rays)
+    arrays = (depth, alpha, color, transmission, None)
+    return _ask(arrays, ends, _asked(asks, technique, depth_range, threads))
+
+
+@ragged.arguments_of(_of_rays)
+def transmittance(*arrays: Any, **how: Any) -> Array:
     """(N,): the transmittance in front of each sample; arguments as `composite`, color for
     techniques whose weights ask for it.
 
@@ -93,25 +103,11 @@ def transmittance(
     >>> transmittance(depth, alpha, technique="sorted", ray_indices=[0, 0]).tolist()
     [1.0, 0.5]
     """
-    ends = _offsets(depth, offsets, packed_info, ray_indices, n_rays)
-    arrays = (depth, alpha, color, transmission, None)
-    return _ask("transmittance", arrays, ends, technique, depth_range, threads)
+    return _of_rays("transmittance", *arrays, **how)
 
 
-def total_transmittance(
-    depth: Array,
-    alpha: Array,
-    *,
-    technique: str | Technique,
-    offsets: Array | None = None,
-    packed_info: Array | None = None,
-    ray_indices: Array | None = None,
-    n_rays: int | None = None,
-    color: Array | None = None,
-    transmission: Array | None = None,
-    depth_range: Sequence[float] | None = None,
-    threads: int | None = None,
-) -> Array:
+@ragged.arguments_of(_of_rays)
+def total_transmittance(*arrays: Any, **how: Any) -> Array:
     """(R,), or with transmission (R, 3): what comes through each ray; arguments as
     `transmittance`.
 
@@ -119,9 +115,7 @@ def total_transmittance(
     >>> total_transmittance(depth, alpha, technique="power4", offsets=[0, 2, 2]).tolist()
     [0.25, 1.0]
     """
-    ends = _offsets(depth, offsets, packed_info, ray_indices, n_rays)
-    arrays = (depth, alpha, color, transmission, None)
-    return _ask("total_transmittance", arrays, ends, technique, depth_range, threads)
+    return _of_rays("total_transmittance", *arrays, **how)
 
 
 def render(
@@ -184,55 +178,55 @@ def _offsets(depth: Array, offsets: Array, packed: Array, indices: Array, rays: 
     return ends.astype(np.int32) if small else ends  # JAX's own integers
 
 
-def _ask(
+def _asked(
     asks: str,
-    given: tuple[Array | None, ...],
-    offsets: Array,
     technique: str | Technique,
     depth_range: Sequence[float] | None,
     threads: int | None,
-) -> Array:
+) -> Asked:
+    span = None if depth_range is None else tuple(map(float, depth_range))
+    return Asked(asks, ragged.name_of(technique), span, threads)
+
+
+def _ask(given: tuple[Array | None, ...], offsets: Array, asked: Asked) -> Array:
     for name, one in zip(("depth", "alpha"), given[:2], strict=True):
         if one is None:
             raise TypeError(f"{name}: expected an array, got None")
     depth = jnp.asarray(given[0])
     arrays = tuple(one if one is None else jnp.asarray(one) for one in given[1:-1])
     behind = None if given[-1] is None else jnp.asarray(given[-1], depth.dtype)
-    span = None if depth_range is None else tuple(map(float, depth_range))
-    static = (asks, ragged.name_of(technique), span, threads)
     held = (depth, *arrays, behind)
     if not any(isinstance(one, jax.core.Tracer) for one in (*held, offsets)):
-        _question(static, held, offsets)  # what does not fit is said here, not by a callback
-    return _answer(static, held, offsets)
+        _question(asked, held, offsets)  # what does not fit is said here, not by a callback
+    return _answer(asked, held, offsets)
 
 
-def _question(static: tuple[Any, ...], arrays: tuple[Any, ...], offsets: Any) -> Any:
-    asks, technique, depth_range, threads = static
+def _question(asked: Asked, arrays: tuple[Any, ...], offsets: Any) -> Any:
     held = [None if one is None else np.asarray(one) for one in arrays]
-    return ragged.question_of(asks, technique, np.asarray(offsets), held, depth_range, threads)
+    return ragged.question_of(asked, np.asarray(offsets), held)
 
 
-def _answer_of(static: tuple[Any, ...], arrays: tuple[Any, ...], offsets: Any) -> Array:
+def _answer_of(asked: Asked, arrays: tuple[Any, ...], offsets: Any) -> Array:
     depth, transmission = arrays[0], arrays[3]
     rays, coloured = offsets.shape[0] - 1, transmission is not None
-    shape = ragged.shape_of_answer(static[0], depth.shape[0], rays, coloured)
+    shape = ragged.shape_of_answer(asked.asks, depth.shape[0], rays, coloured)
 
     def answered(arrays: tuple[Any, ...], offsets: Any) -> Any:
-        return ragged.answer(_question(static, arrays, offsets))
+        return ragged.answer(_question(asked, arrays, offsets))
 
     of_answer = jax.ShapeDtypeStruct(shape, depth.dtype)
     return jax.pure_callback(answered, of_answer, arrays, offsets, vmap_method="sequential")
 
 
-def _forward(static: tuple[Any, ...], arrays: tuple[Any, ...], offsets: Any) -> tuple[Any, Any]:
-    return _answer_of(static, arrays, offsets), (arrays, offsets)
+def _forward(asked: Asked, arrays: tuple[Any, ...], offsets: Any) -> tuple[Any, Any]:
+    return _answer_of(asked, arrays, offsets), (arrays, offsets)
 
 
-def _backward(static: tuple[Any, ...], kept: tuple[Any, Any], seed: Array) -> tuple[Any, None]:
+def _backward(asked: Asked, kept: tuple[Any, Any], seed: Array) -> tuple[Any, None]:
     arrays, offsets = kept
 
     def pulled(arrays: tuple[Any, ...], offsets: Any, seed: Any) -> tuple[Any, ...]:
-        by = ragged.pull(_question(static, arrays, offsets), np.asarray(seed))
+        by = ragged.pull(_question(asked, arrays, offsets), np.asarray(seed))
         found = (by.depth, by.alpha, by.color, by.transmission, by.background)
         pairs = zip(found, arrays, strict=True)
         return tuple(None if one is None else by_one for by_one, one in pairs)

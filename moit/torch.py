@@ -24,6 +24,7 @@ from moit.catalog import Technique
 from moit.geometry.camera import Camera
 from moit.gradients import framed_splats, ragged
 from moit.gradients.composites import Differentiable
+from moit.gradients.ragged import Asked
 
 try:
     import torch
@@ -70,10 +71,11 @@ def composite(
     if background is None:
         background = torch.zeros(3, dtype=depth.dtype)
     arrays = (depth, alpha, color, transmission, background)
-    return _ask("composite", arrays, ends, technique, depth_range, threads)
+    return _ask(arrays, ends, _asked("composite", technique, depth_range, threads))
 
 
-def transmittance(
+def _of_rays(
+    asks: str,
     depth: Tensor,
     alpha: Tensor,
     *,
@@ -87,6 +89,14 @@ def transmittance(
     depth_range: Sequence[float] | None = None,
     threads: int | None = None,
 ) -> Tensor:
+    """What has no background."""
+    ends = _offsets(depth, offsets, packed_info, ray_indices, n_rays)
+    arrays = (depth, alpha, color, transmission, None)
+    return _ask(arrays, ends, _asked(asks, technique, depth_range, threads))
+
+
+@ragged.arguments_of(_of_rays)
+def transmittance(*arrays: Any, **how: Any) -> Tensor:
     """(N,): the transmittance in front of each sample; arguments as `composite`, color for
     techniques whose weights ask for it.
 
@@ -94,25 +104,11 @@ def transmittance(
     >>> transmittance(depth, alpha, technique="sorted", ray_indices=torch.tensor([0, 0]))
     tensor([1.0000, 0.5000])
     """
-    ends = _offsets(depth, offsets, packed_info, ray_indices, n_rays)
-    arrays = (depth, alpha, color, transmission, None)
-    return _ask("transmittance", arrays, ends, technique, depth_range, threads)
+    return _of_rays("transmittance", *arrays, **how)
 
 
-def total_transmittance(
-    depth: Tensor,
-    alpha: Tensor,
-    *,
-    technique: str | Technique,
-    offsets: Tensor | None = None,
-    packed_info: Tensor | None = None,
-    ray_indices: Tensor | None = None,
-    n_rays: int | None = None,
-    color: Tensor | None = None,
-    transmission: Tensor | None = None,
-    depth_range: Sequence[float] | None = None,
-    threads: int | None = None,
-) -> Tensor:
+@ragged.arguments_of(_of_rays)
+def total_transmittance(*arrays: Any, **how: Any) -> Tensor:
     """(R,), or with transmission (R, 3): what comes through each ray; arguments as
     `transmittance`.
 
@@ -121,9 +117,7 @@ def total_transmittance(
     >>> total_transmittance(depth, alpha, technique="power4", packed_info=packed)
     tensor([0.2500, 1.0000])
     """
-    ends = _offsets(depth, offsets, packed_info, ray_indices, n_rays)
-    arrays = (depth, alpha, color, transmission, None)
-    return _ask("total_transmittance", arrays, ends, technique, depth_range, threads)
+    return _of_rays("total_transmittance", *arrays, **how)
 
 
 def render(
@@ -184,23 +178,24 @@ def _check(name: str, one: Any, dtypes: tuple[Any, ...]) -> None:
         raise TypeError(f"{name}: expected {needed}, got {one.dtype}")
 
 
-def _ask(
+def _asked(
     asks: str,
-    arrays: tuple[Tensor | None, ...],
-    offsets: Tensor,
     technique: str | Technique,
     depth_range: Sequence[float] | None,
     threads: int | None,
-) -> Tensor:
-    names = ("depth", "alpha", "color", "transmission", "background")
-    for name, one in zip(names, arrays, strict=True):
-        needed = name in ("depth", "alpha") or (asks, name) == ("composite", "color")
+) -> Asked:
+    # a name is the operator's to read: compilers see it as it is
+    name = technique if isinstance(technique, str) else ragged.name_of(technique)
+    return Asked(asks, name, depth_range, threads)
+
+
+def _ask(arrays: tuple[Tensor | None, ...], offsets: Tensor, asked: Asked) -> Tensor:
+    for name, one in zip(ragged.NAMES, arrays, strict=True):
+        needed = name in ("depth", "alpha") or (asked.asks, name) == ("composite", "color")
         if one is None and not needed:
             continue
         _check(name, one, (torch.float32, torch.float64))
-    # a name is the operator's to read: compilers see it as it is
-    name = technique if isinstance(technique, str) else ragged.name_of(technique)
-    return _answer(*arrays, offsets, asks, name, depth_range, threads)
+    return _answer(*arrays, offsets, *asked)
 
 
 def _offsets(
@@ -221,40 +216,21 @@ def _offsets(
 # ---- The operators: arrays of NumPy share the tensors' memory -----------------------------------
 
 
-def _question(
-    depth: Tensor,
-    alpha: Tensor,
-    color: Tensor | None,
-    transmission: Tensor | None,
-    background: Tensor | None,
-    offsets: Tensor,
-    asks: str,
-    technique: str,
-    depth_range: Sequence[float] | None,
-    threads: int | None,
-) -> Differentiable:
-    given = (depth, alpha, color, transmission, background)
-    arrays = [None if one is None else one.detach().numpy() for one in given]
-    ends = offsets.numpy()
-    return ragged.question_of(asks, technique, ends, arrays, depth_range, threads)
+def _question(*given: Any) -> Differentiable:
+    arrays = [None if one is None else one.detach().numpy() for one in given[:ARRAYS]]
+    return ragged.question_of(Asked(*given[ARRAYS + 1 :]), given[ARRAYS].numpy(), arrays)
 
 
 def _answered(*given: Any) -> Tensor:
     return torch.from_numpy(ragged.answer(_question(*given)))
 
 
-def _shaped(
-    depth: Tensor,
-    alpha: Tensor,
-    color: Tensor | None,
-    transmission: Tensor | None,
-    background: Tensor | None,
-    offsets: Tensor,
-    asks: str,
-    *others: Any,
-) -> Tensor:
-    rays, coloured = offsets.shape[0] - 1, transmission is not None
-    return depth.new_empty(ragged.shape_of_answer(asks, depth.shape[0], rays, coloured))
+def _shaped(*given: Any) -> Tensor:
+    depth, transmission, rays = given[0], given[3], given[ARRAYS].shape[0] - 1
+    asks, coloured = given[ARRAYS + 1], transmission is not None
+    shape = ragged.shape_of_answer(asks, depth.shape[0], rays, coloured)
+    found: Tensor = depth.new_empty(shape)
+    return found
 
 
 def _pulled(seed: Tensor, *given: Any) -> list[Tensor]:
@@ -288,7 +264,7 @@ def _backward(context: Any, seed: Tensor) -> tuple[Tensor | None, ...]:
     return (*by_arrays, *[None] * (1 + len(context.others)))
 
 
-ARRAYS = 5  # before the offsets
+ARRAYS = len(ragged.NAMES)  # before the offsets
 _answer = torch.library.custom_op(
     "moit::answer", _answered, mutates_args=(), device_types="cpu", schema=f"({_GIVEN}) -> Tensor"
 )

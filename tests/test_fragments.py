@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import moit
+from moit import _core
 from moit.fragments.squares import squares_of
 
 

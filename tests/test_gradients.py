@@ -1,5 +1,7 @@
 """Derivatives against differences of pictures that 60 digits compute from the papers' formulas."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from mpmath import mp, mpf
@@ -344,20 +346,24 @@ def test_where_moments_areexactly_they_are_sorted_ones(count):
     _, pullback = gradients.composite(f, technique, background=BEHIND)
     _, exact = gradients.composite(f, "sorted", background=BEHIND)
     found, wanted = pullback(seed), exact(seed)
-    assert not found.depth.any()
     # bias, 1e-15 or 1e-14, over powers of gaps between depths, some of 1e-3
-    for part in ("alpha", "color"):
+    for part, usual, most in (("depth", 1e-5, 0.05), ("alpha", 1e-7, 1e-2), ("color", 1e-7, 1e-2)):
         error = np.abs(getattr(found, part) - getattr(wanted, part))
-        assert np.quantile(error, 0.995) < 1e-7
-        assert error.max() < 1e-2
+        assert np.quantile(error, 0.995) < usual
+        assert error.max() < most
 
 
-def test_rays_that_moments_determine_do_not_hang_on_depth():
+def test_rays_that_moments_determine_hardly_hang_on_depth():
+    """By what bias leaves, 1e-14; and without bias, where no rule tells more, not at all."""
     f = fragments(numbers_of(4), dtype="float64")
     for exclude in (False, True):
         technique = moit.PowerMoments(8, exclude_self=exclude)
         T, pullback = gradients.transmittance(f, technique)
-        assert not pullback(np.ones_like(T)).depth.any()
+        assert np.abs(pullback(np.ones_like(T)).depth).max() < 1e-10
+        none = dataclasses.replace(technique, bias=0)
+        assert not gradients.transmittance(f, none)[1](np.ones_like(T)).depth.any()
+        curve, pullback = gradients.transmittance(f, technique, [2.0])
+        assert not pullback(np.ones_like(curve)).depth.any()
 
 
 def test_descent_finds_the_opacities_of_a_picture():
@@ -383,10 +389,8 @@ def test_what_has_no_derivatives_is_refused():
     assert without - {"per-pixel", "python"} == set(reasons)
     assert all(moit.technique(nearest).has_gradient for _, nearest in reasons.values())
     for name, why in (
-        ("power4(resolution=2, upsampling='depth-aware')", "opaque surfaces"),
-        ("moment-transparency-lr8", "block"),
-        ("neural-bounded(resolution=2)", "block"),
-        ("transmittance-function-map(resolution=2)", "what blocks take"),
+        ("moment-transparency-lr8", "at its middle"),
+        ("moment-transparency(resolution=8, low_resolution='average')", "do not see"),
         ("slices64(resolution=2, total='full', inside='power4')", "block"),
         (moit.WeightedBlended(weight=lambda depth, alpha, color: alpha), "function"),
     ):

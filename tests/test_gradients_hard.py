@@ -104,13 +104,13 @@ def test_depths_that_meet_have_derivatives_of_one_side(name):
         ("front1(tail='power6')", 4),
     ),
 )
-def test_pictures_of_as_many_fragments_as_nodes_do_not_hang_on_depth(name, n):
-    """With the bias of double each is seen exactly; what is computed of steps is rounding."""
+def test_pictures_of_as_many_fragments_as_nodes_hardly_hang_on_depth(name, n):
+    """With the bias of double each is seen exactly, but for what that is over powers of gaps."""
     rng, pixels = np.random.default_rng(5), 50
     depth, alpha = rng.uniform(1, 9, pixels * n), rng.uniform(0.02, 0.98, pixels * n)
     color, offsets = rng.uniform(0, 1, (pixels * n, 3)), np.arange(pixels + 1) * n
     f = moit.Fragments(offsets, depth, alpha, color, depth_range=(0.5, 10), dtype="float64")
     image, pullback = gradients.composite(f, name)
     found = pullback(rng.normal(size=image.shape)).depth
-    # networks see shapes, which say what is left of bias
-    assert np.abs(found).max() < 1e-6
+    # networks see shapes, which say what is left of bias, too
+    assert np.abs(found).max() < 1e-5

@@ -8,8 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gpu import device, expect_bits_of_the_core
-from test_gpu_lists import BACKGROUND, CAMERA, SIZE, scene_of
+from gpu import expect_bits_of_the_core
 from test_slices import STEP, one_ray, picture, shuffled
 
 import moit
@@ -230,23 +229,3 @@ def test_passes_give_the_bits_of_the_core(technique, dtype):
         f.offsets, f.depth, alpha, f.color, shape=f.shape, depth_range=f.depth_range, dtype=dtype
     )
     expect_bits_of_the_core(f, technique)
-
-
-@pytest.mark.parametrize("technique", [NeuralSlices(5, 6), NeuralSlices(16, 16)], ids=str)
-def test_triangles_and_splats_need_no_lists(technique):
-    """The same whole numbers as over lists: a step more in a slice would show by 1e-4 at least."""
-    # what covers nothing widens no extent
-    clear = moit.Mesh([[-4, -3, 2], [4, -3, 2], [0, 5, 2]], [[0, 1, 2]], (1, 1, 1), 0.0)
-    for kind in ("triangles", "flat"):
-        images = []
-        for ordered in (None, "replay"):
-            made = moit.render(
-                [*scene_of(kind), clear], technique, SIZE, camera=CAMERA, background=BACKGROUND,
-                device=device(), exact=True, target="rgba32f", report=True, ordered=ordered,
-            )  # fmt: skip
-            assert made.device == "gpu" and made.way == ("replay" if ordered else "add")
-            assert ("fragments" in made.memory) == bool(ordered)
-            images.append(made.image)
-        # colours and what is let through are floats in one, doubles in the other
-        np.testing.assert_allclose(*images, atol=2e-6)
-        assert np.ptp(images[0]) > 0.5

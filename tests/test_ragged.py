@@ -59,12 +59,9 @@ def test_arrays_of_two_precisions_are_refused():
     alpha = np.full(2, 0.5, np.float32)
     with pytest.raises(TypeError, match="alpha: expected float64 as depth has, got float32"):
         ragged.question_of(
-            "transmittance",
-            "sorted",
+            ragged.Asked("transmittance", "sorted", None, None),
             np.array([0, 2]),
             [np.ones(2), alpha, *[None] * 3],
-            None,
-            None,
         )
 
 

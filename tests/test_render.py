@@ -96,6 +96,7 @@ TOLERANCES = {
     "wavelet8": 1e-5,
     "stochastic8": 1e-5,
     "neural-slices5(bits=6)": 1e-6,
+    "anchors4": 1e-6,
     "moment-transparency": 2e-2,
     "moment-transparency-nlqm": 2e-2,
     "two-moments-pass": 2e-2,
@@ -348,6 +349,7 @@ DRAWN += [
     "mlab2",
     "neural",
     "neural-slices4",
+    "anchors2",
     "dfa",
 ]
 

@@ -24,9 +24,10 @@ static void let_pullback_go(pullback *q) {
     let_go(&q->held);
 }
 
-/* What the core needs, checked so far as memory goes. seeds: per pixel, or -1: one a fragment. */
+/* What the core needs, checked so far as memory goes. seeds: per pixel, or -1: one a fragment;
+ * background: of a picture, or NULL. */
 static int hold_pullback(pullback *q, PyObject *fragments, PyObject *technique, PyObject *seed,
-                         npy_intp per_pixel, bool background) {
+                         npy_intp per_pixel, PyArrayObject *background) {
     if (hold_asked(&q->held, fragments, &q->technique, technique)) return -1;
     const moit_fragments *f = &q->held.fragments;
     for (int i = 0; i < RESULTS; ++i) q->results[i] = NULL;
@@ -49,14 +50,15 @@ static int hold_pullback(pullback *q, PyObject *fragments, PyObject *technique, 
         PyErr_SetString(PyExc_ValueError, "the seed does not fit the answer");
         goto failed;
     }
-    npy_intp rows[2] = {n, 3}, image[3] = {q->held.height, q->held.width, 3};
+    npy_intp rows[2] = {n, 3};
     npy_intp weights = moit_network_weights(&q->technique.technique);
     for (int i = 0; i < RESULTS; ++i) {
         bool wanted = i < 2 || (i == 2 && f->color) || (i == 3 && f->transmission)
                       || (i == 4 && background) || (i == 5 && weights);
         if (!wanted) continue;
         q->results[i] = i == 5   ? PyArray_SimpleNew(1, &weights, NPY_DOUBLE)
-                        : i == 4 ? PyArray_SimpleNew(3, image, NPY_DOUBLE)
+                        : i == 4 ? PyArray_SimpleNew(PyArray_NDIM(background),
+                                                     PyArray_DIMS(background), NPY_DOUBLE)
                         : i < 2  ? PyArray_SimpleNew(1, rows, type)
                                  : PyArray_SimpleNew(2, rows, type);
         if (!q->results[i]) goto failed;
@@ -84,20 +86,23 @@ PyDoc_STRVAR(composite_pullback_doc,
              "composite_pullback(fragments, technique, cull_opaque, threads, background, seed, /)\n"
              "--\n\n"
              "Derivatives of sum(seed * composite) by (depth, alpha, color, transmission,\n"
-             "background, network): background (height, width, 3) and network, by the weights as\n"
-             "they are given, in float64; None of what is not there.");
+             "background, network): background, of its shape, and network, by the weights as they\n"
+             "are given, in float64; None of what is not there.");
 
 static PyObject *composite_pullback(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *fragments, *technique, *background_in, *seed;
     int cull_opaque, threads, failed = -1;
     pullback q;
     if (!PyArg_ParseTuple(args, "OOpiOO:composite_pullback", &fragments, &technique, &cull_opaque,
-                          &threads, &background_in, &seed)
-        || hold_pullback(&q, fragments, technique, seed, 4, true))
+                          &threads, &background_in, &seed))
         return NULL;
     PyArrayObject *background = (PyArrayObject *)PyArray_FROM_OTF(
         background_in, NPY_DOUBLE, NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED);
-    if (!background) return finish(&q, -1);
+    if (!background) return NULL;
+    if (hold_pullback(&q, fragments, technique, seed, 4, background)) {
+        Py_DECREF(background);
+        return NULL;
+    }
     bool per_pixel = PyArray_NDIM(background) == 3;
     npy_intp needed = per_pixel ? 3 * (npy_intp)q.held.fragments.pixels : 3;
     if (PyArray_SIZE(background) != needed || !q.held.fragments.color) {
@@ -127,7 +132,7 @@ static PyObject *pulled(PyObject *args, pull *pull_back, bool totals) {
     if (!transmission) return NULL;
     int per_pixel = !totals ? -1 : transmission == Py_None ? 1 : 3;
     Py_DECREF(transmission);
-    if (hold_pullback(&q, fragments, technique, seed, per_pixel, false)) return NULL;
+    if (hold_pullback(&q, fragments, technique, seed, per_pixel, NULL)) return NULL;
     core_call call;
     begin_call(&call, threads);
     moit_status status = pull_back(&q.held.fragments, &q.technique.technique, cull_opaque,
@@ -159,7 +164,7 @@ static PyObject *curve_pullback(PyObject *Py_UNUSED(module), PyObject *args) {
         depth_in, NPY_DOUBLE, NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED);
     if (!depth) return NULL;
     npy_intp depths = PyArray_SIZE(depth);
-    if (hold_pullback(&q, fragments, technique, seed, depths, false)) {
+    if (hold_pullback(&q, fragments, technique, seed, depths, NULL)) {
         Py_DECREF(depth);
         return NULL;
     }

@@ -102,11 +102,17 @@ class Anchors(WarpedDepth):
             "large_keys": self.key_bits > 32,
         }
 
+    def drawn_to(self, colours: str = "16f") -> Targets | None:
+        if self.key_bits > 32:  # whose atomics OpenGL has not
+            return None
+        return Targets(shaded=added(colours), words=self._words)
+
     def shipped_to(self) -> Targets | None:
-        keys = words_of_keys(self.kept, self.key_bits)
-        return Targets(
-            shaded=added("16f", multiplied()), words=KeyWords(keys, self.kept + self.cells)
-        )
+        return Targets(shaded=added("16f", multiplied()), words=self._words)
+
+    @property
+    def _words(self) -> KeyWords:
+        return KeyWords(words_of_keys(self.kept, self.key_bits), self.kept + self.cells)
 
     @property
     def costs_like(self) -> tuple[str, ...]:

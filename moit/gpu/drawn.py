@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from moit.catalog import Technique
 from moit.catalog.by_kind import ByKind
 from moit.catalog.targets import Target, Targets, channels
-from moit.gpu.bindings import FACTOR, RATIO_PASS
+from moit.gpu.bindings import CAPTURE, FACTOR, RATIO_PASS
 from moit.gpu.block_passes import READ
 from moit.gpu.described import Constants, Stage
 from moit.gpu.moment_passes import extents_are_words
@@ -31,8 +31,9 @@ class Drawn:
     stages : what then makes factors; None: those of the passes over arrays but CAPTURE.
     block_side : of the blocks of pixels that numbers are of; 1: of pixels.
     own : defines beside those of the passes over arrays.
-    words : of a pixel, that fragments change by atomics in each of the rounds; these draw to no
-        targets. 0: there are none.
+    words : of a pixel, 0 at first, that fragments change by atomics in each of the rounds; these
+        draw to no targets. 0: there are none.
+    between : whether a pass over pixels follows the first of the rounds.
     """
 
     targets: Targets
@@ -43,6 +44,7 @@ class Drawn:
     block_side: int = 1
     own: Mapping[str, int] = dataclasses.field(default_factory=dict)
     words: int = 0
+    between: bool = True
 
     @property
     def formats(self) -> tuple[str, ...]:
@@ -162,6 +164,21 @@ def _power(c: Constants, targets: Targets) -> Drawn:
 @drawn_for("neural-slices")
 def _neural_slices(c: Constants, targets: Targets) -> Drawn:
     return Drawn(targets, rounds=2, stages=(Stage(FACTOR),), own={"ROUND": 0}, words=2)
+
+
+@drawn_for("anchors")
+def _anchors(c: Constants, targets: Targets) -> Drawn | None:
+    if c.fields["large_keys"]:  # whose atomics OpenGL has not
+        return None
+    kept, cells = c.fields["count"], c.fields["cells"]
+    return Drawn(
+        targets,
+        rounds=2,
+        stages=(Stage(CAPTURE), Stage(FACTOR, double=True)),
+        own={"FROM_TRIANGLES": 1, "ROUND": 0},
+        words=2 * kept + cells + 2,
+        between=False,
+    )
 
 
 @drawn_for("adaptive")

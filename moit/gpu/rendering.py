@@ -200,7 +200,7 @@ class Picture:
                     uniforms=self.uniforms,
                     size=(self.drawing.width, self.drawing.height),
                 )
-            if i + 1 < drawn.rounds:
+            if drawn.between and i + 1 < drawn.rounds:
                 self.run(BETWEEN, self.pixels, buffers, name="first factor", ROUND=i)
         for stage in drawn.stages or ():
             self.run(stage.number, self.pixels, buffers, double=stage.double, name="factor")

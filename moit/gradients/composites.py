@@ -88,8 +88,8 @@ def composite(
       range.
     - depth of "sorted" and "unsorted" gets 0: their answers jump where an order changes.
 
-    - Which fragments are kept or come first, what rounding adds to steps of slices, and between
-      which slices a network sees a fragment, stays.
+    - Which fragments are kept or come first, what rounding adds to steps of slices, between which
+      slices a network sees a fragment, and shares of blocks that go by opaque surfaces stay.
     - "stochastic" gives what its samples estimate: by transmittances and, with normalize=False, by
       pictures, derivatives that are on average those of "sorted".
     - Slices at a bound of moments (`inside`) are on its side.
@@ -281,18 +281,8 @@ class Differentiable:
             ask = getattr(_core, f"{self.asks}_pullback")
             return _gradients(ask(*self.question.given, by_answer))
         found = _core.composite_pullback(*self.question.given, self.background, by_answer)
-        by_pixel: Any = found[4]
-        whole = self.background.ndim == 3
-        behind = by_pixel if whole else _over_pixels(by_pixel.reshape(-1, 3))
+        behind: Any = found[4]
         return _gradients(found, behind.astype(f.depth.dtype))
-
-
-def _over_pixels(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The sum of rows of three; of 64 at once, as NumPy adds up short rows one by one."""
-    most = len(numbers) // 64 * 64
-    together = numbers[:most].reshape(-1, 64 * 3).sum(axis=0)
-    found: NDArray[np.float64] = together.reshape(64, 3).sum(axis=0) + numbers[most:].sum(axis=0)
-    return found
 
 
 def checked_seed(given: ArrayLike, name: str, shape: tuple[int, ...], dtype: DTypeLike) -> Array:

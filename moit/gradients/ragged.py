@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
-from typing import Any
+import inspect
+from collections.abc import Callable, Sequence
+from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +18,37 @@ from moit.fragments.fragments import Fragments
 from moit.gradients.composites import Differentiable, Gradients
 
 Array = NDArray[Any]
+P = ParamSpec("P")
+R = TypeVar("R")
 
 NAMES = ("depth", "alpha", "color", "transmission", "background")
 LAYOUTS = ("offsets", "packed_info", "ray_indices")
+
+
+class Asked(NamedTuple):
+    """What is asked of rays, beside their arrays: hashable, as compilers of functions need it.
+
+    asks : "composite", "transmittance" or "total_transmittance"; technique : what `name_of` gives.
+    """
+
+    asks: str
+    technique: str
+    depth_range: Sequence[float] | None
+    threads: int | None
+
+
+def arguments_of(
+    function: Callable[Concatenate[str, P], Any],
+) -> Callable[[Callable[..., R]], Callable[P, R]]:
+    """Decorates what passes on arguments as they are: it has those of `function` but the first."""
+
+    def with_arguments(to: Callable[..., R]) -> Callable[P, R]:
+        signature = inspect.signature(function)
+        given = [*signature.parameters.values()][1:]
+        to.__signature__ = signature.replace(parameters=given)  # type: ignore[attr-defined]
+        return to
+
+    return with_arguments
 
 
 def lacking(framework: str, error: ImportError) -> ImportError:
@@ -114,15 +143,8 @@ def name_of(technique: str | Technique) -> str:
     return name
 
 
-def question_of(
-    asks: str,
-    technique: str,
-    offsets: Array,
-    arrays: Sequence[Array | None],
-    depth_range: Sequence[float] | None,
-    threads: int | None,
-) -> Differentiable:
-    """What `asks` of rays; answers are those of an image of one row.
+def question_of(asked: Asked, offsets: Array, arrays: Sequence[Array | None]) -> Differentiable:
+    """What is asked of rays; answers are those of an image of one row.
 
     arrays : depth, alpha, color, transmission and background, (3,) or (R, 3), of one dtype, float32
         or float64; raises TypeError if not.
@@ -143,12 +165,12 @@ def question_of(
         alpha,
         color,
         transmission=transmission,
-        depth_range=depth_range,
+        depth_range=asked.depth_range,
         dtype=depth.dtype,
     )
     if background is not None and background.ndim == 2:
         background = background[None]
-    return Differentiable.of(asks, f, technique, background, threads)
+    return Differentiable.of(asked.asks, f, asked.technique, background, asked.threads)
 
 
 def answer(question: Differentiable) -> Array:

@@ -5,12 +5,15 @@
 // many whole numbers a pixel needs of `indices` behind these, and place_on_ray(depth), in [0, 1].
 //
 // Atomics of 64 bits are no part of OpenGL 4.5: large keys are found by a thread a pixel.
+//
+// FROM_TRIANGLES, where it is defined: fragments are drawn, and pixels have their whole numbers one
+// after the other, which are 0 before the first fragment.
 
 uniform number importance_decay; // gamma
 uniform number shrink;           // 1 - max_alpha
 
 // While a pixel's fragments come together its whole numbers lie where its first fragment's do:
-// keys, the nearest and the farthest word, and what a technique has behind these. Sums of 32 bits
+// keys, how near the nearest word is and the farthest, and what a technique has behind these. Sums of 32 bits
 // do not overflow while several threads find that a cell is not yet full; where targets hold two
 // cells in a number, adding is to compare and exchange.
 #define KEY_WORDS (ANCHORS * (LARGE_KEYS + 1))
@@ -18,7 +21,15 @@ uniform number shrink;           // 1 - max_alpha
 #define FARTHEST_WORD (KEY_WORDS + 1)
 #define FIRST_BEHIND_KEYS (KEY_WORDS + 2)
 #define WHOLE_NUMBERS (FIRST_BEHIND_KEYS + BEHIND_KEYS)
+#ifdef FROM_TRIANGLES
+uint place_of(uint p, int k) { return uint(WHOLE_NUMBERS) * p + uint(k); }
+bool is_empty(uint p) { return false; } // one that is has keys and words of none
+#else
 uint place_of(uint p, int k) { return INDICES_SIZE * offsets[p] + uint(k); }
+bool is_empty(uint p) { return offsets[p] == offsets[p + 1u]; }
+#endif
+
+uint nearest_word(uint p) { return 65535u - indices[place_of(p, NEAREST_WORD)]; }
 
 number word_of(surface s) {
     real u = place_on_ray(s.depth);
@@ -70,7 +81,7 @@ bool is_kept(KEPT_KEY key, KEPT_KEY least) { return key != NO_KEY && !is_above(l
 void keep(uint p, surface s) {
     if (!(s.alpha > K(0.0))) return;
     uint word = uint(word_of(s));
-    atomicMin(indices[place_of(p, NEAREST_WORD)], word);
+    atomicMax(indices[place_of(p, NEAREST_WORD)], 65535u - word);
     atomicMax(indices[place_of(p, FARTHEST_WORD)], word);
     KEPT_KEY key = whole_key(s);
     for (int k = 0; k < ANCHORS; ++k) {
@@ -87,10 +98,11 @@ void keep(uint p, surface s) {
     }
 }
 
+#if PASS == OWN
 // Before the first fragment; of large keys nobody else looks for the greatest.
 void empty_places(uint p) {
-    if (offsets[p] == offsets[p + 1u]) return;
-    for (int k = 0; k < WHOLE_NUMBERS; ++k)
-        indices[place_of(p, k)] = k == NEAREST_WORD ? 65535u : 0u;
+    if (is_empty(p)) return;
+    for (int k = 0; k < WHOLE_NUMBERS; ++k) indices[place_of(p, k)] = 0u;
     for (uint i = offsets[p]; LARGE_KEYS == 1 && i < offsets[p + 1u]; ++i) keep(p, surface_at(i));
 }
+#endif

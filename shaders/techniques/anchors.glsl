@@ -5,6 +5,7 @@
 //   SCALAR, DOUBLE, PASS   arrays/fragments.glsl
 //   ANCHORS, CELLS         how many are kept, and into how many parts the pixel's extent is cut
 //   LARGE_KEYS             whether keys have 64 bits
+//   ROUND                  of DRAW_WORDS 0: keys; 1: cells
 #include "arrays/reads.glsl"
 #include "kernels/options.h"
 #include "kernels/dialect.glsl"
@@ -29,10 +30,10 @@ number place_on_ray(number depth) { return warped(depth); }
 void own_pass(uint p) { empty_places(p); }
 #elif PASS == KEEP
 void own_pass(uint p, surface s) { keep(p, s); }
-#elif PASS == ADD_TO_CELLS
-void own_pass(uint p, surface s) {
+#elif PASS == ADD_TO_CELLS || PASS == DRAW_WORDS
+void add_to_cells(uint p, surface s) {
     anchors a;
-    uint nearest = indices[place_of(p, NEAREST_WORD)];
+    uint nearest = nearest_word(p);
     uint farthest = indices[place_of(p, FARTHEST_WORD)];
     a.nearest = number(min(nearest, farthest));
     a.farthest = number(farthest);
@@ -48,11 +49,22 @@ void own_pass(uint p, surface s) {
     if ((is_last || !is_kept(key, least)) && atomicAdd(indices[cell], 0u) < uint(ANCHOR_FULL))
         atomicAdd(indices[cell], uint(anchor_steps(absorbed, word)));
 }
+#if PASS == ADD_TO_CELLS
+void own_pass(uint p, surface s) { add_to_cells(p, s); }
+#else
+void change_words(surface s, uint p) {
+#if ROUND == 0
+    keep(p, s);
+#else
+    add_to_cells(p, s);
+#endif
+}
+#endif
 #elif PASS == CAPTURE
 void capture(uint p) {
     uint first = FACTORS_SIZE * p;
-    bool empty = offsets[p] == offsets[p + 1u];
-    uint nearest = empty ? 0u : indices[place_of(p, NEAREST_WORD)];
+    bool empty = is_empty(p);
+    uint nearest = empty ? 0u : nearest_word(p);
     uint farthest = empty ? 0u : indices[place_of(p, FARTHEST_WORD)];
     anchors a;
     a.nearest = number(min(nearest, farthest));

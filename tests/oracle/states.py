@@ -189,8 +189,9 @@ def by_bounded(technique, z, alpha, depth, packed=None, unit=1):
     def read(at, own):
         own = absorbance_of(technique, own)
         found = ray.at(at)
-        least = min(b0 * found.lower, b0 - own)
-        most = min(b0 * found.lower + max(b0 * found.weight - own, 0), b0 - own)
+        others = max(b0 - own, 0)
+        least = min(b0 * found.lower, others)
+        most = min(b0 * found.lower + max(b0 * found.weight - own, 0), others)
         x = [least / b0, (most - least) / b0, own, (at - mean) / deviation, *of_pixel]
         return mp.exp(-(least + network_share(packed, x) * (most - least)))
 
@@ -273,8 +274,8 @@ def by_wavelets(technique, z, alpha, depth):
     return read, mp.exp(-total)
 
 
-def by_function_map(technique, z, alpha, depth):
-    """Delalandre et al. 2011, the function's own projection."""
+def function_map(technique, z, alpha, depth):
+    """Delalandre et al. 2011, the function's own projection: coefficients, and the total."""
     exact = [product(a for a, d in zip(alpha, depth, strict=True) if d < own) for own in depth]
     total = product(alpha)
     drops = [a * T for a, T in zip(alpha, exact, strict=True)]
@@ -286,6 +287,11 @@ def by_function_map(technique, z, alpha, depth):
         * mp.fsum(w * mp.sinpi(k * d) for w, d in zip(drops, z, strict=True))
         for k in waves
     ]
+    return c, total
+
+
+def read_function_map(technique, c, total):
+    waves = range(1, technique.coefficients)
 
     def read(at, own):
         own = min(own, mpf(technique.max_alpha))
@@ -296,7 +302,12 @@ def by_function_map(technique, z, alpha, depth):
         T /= max(1 - own * shown, 1 - own)
         return min(max(T, min(total / (1 - own), 1)), 1)
 
-    return read, total
+    return read
+
+
+def by_function_map(technique, z, alpha, depth):
+    c, total = function_map(technique, z, alpha, depth)
+    return read_function_map(technique, c, total), total
 
 
 def by_slices(technique, z, alpha, depth):

@@ -19,8 +19,20 @@ typedef struct moit_adjoint {
     double *curve_z; /* (pixels, depths) by z of the job's depths */
     double *kept;    /* (columns, `apart`) that `weigh_again` has left */
     int64_t apart;
+    double *low; /* (pixels, nodes + 1) of rules that `weigh_again` has sought so; or NULL */
     const struct moit_block_slopes *blocks; /* where pixels read blocks; else NULL */
 } moit_adjoint;
+
+/* What is behind a picture's pixels, and where derivatives by it go. */
+typedef struct moit_behind {
+    const double *color; /* (pixels, 3), or (3) for all of them */
+    bool per_pixel;
+    double *by;  /* (pixels, 3) is filled, or (runs, 3) added to; NULL: not asked for */
+    int64_t run; /* as many pixels make a run */
+} moit_behind;
+
+/* by_pixel: (pixels, 3) of a tile. What is behind opaque surfaces gets 0. */
+void moit_behind_give(const moit_behind *behind, const moit_tile *tile, const double *by_pixel);
 
 /* Where a pixel's state is read: at n places z, less the absorbances `own` of what lies there
  * (NULL: nothing). by: the derivatives by what is absorbed in front of each. Adds to by_z and, with
@@ -42,7 +54,9 @@ void moit_adjoint_begin(const moit_job *job, const moit_tile *tile, const moit_a
 moit_readings moit_readings_of(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
                                int p, bool excludes);
 
-/* 1 - total of a total exp(-b0), to its last digits where that is next to 1, too. */
+/* 1 - total of a total exp(-b0), to its last digits where that is next to 1, too: of a b0 that is
+ * less than that it is not the difference. */
+#define MOIT_LITTLE_COVERED 1e-3
 double moit_covered_by(double b0, double total);
 
 /* Of an absorbance by alpha, which counts at `most` or up to it. */
@@ -108,10 +122,8 @@ void moit_slices_pull_sums(int n, const int32_t *slot, const double *near, const
 /* Why a technique has no derivatives; NULL: it has. */
 const char *moit_weighted_blended_refusal(const moit_technique *technique);
 const char *moit_front_refusal(const moit_technique *technique);
-const char *moit_moments_refusal(const moit_technique *technique);
-const char *moit_block_moments_refusal(const moit_technique *technique);
+const char *moit_mt_refusal(const moit_technique *technique);
 const char *moit_bounded_refusal(const moit_technique *technique);
-const char *moit_series_refusal(const moit_technique *technique);
 const char *moit_slices_refusal(const moit_technique *technique);
 
 #endif

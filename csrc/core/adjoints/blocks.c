@@ -71,14 +71,14 @@ void moit_mix_blocks(const moit_job *job, const moit_tile *tile, int p, int coun
 }
 
 double moit_give_sums(const moit_job *job, const moit_tile *tile, const moit_adjoint *by, int p,
-                      const double *mixed, int total, const double *by_read) {
+                      const double *mixed, int total, double own, const double *by_read) {
     const moit_block_slopes *slopes = by->blocks;
     int count = slopes->numbers - 1;
     double scale = 1.0, all = 0.0, by_mixed = 0.0, low = mixed[total];
     bool scales = job->technique->full_total;
     for (int k = 0; k < count; ++k) all += by_read[k] * mixed[k];
     if (scales) {
-        scale = low > 0.0 ? tile->double_b0[p] / low : 0.0;
+        scale = low > 0.0 ? own / low : 0.0;
         all = low > 0.0 ? all / low : 0.0;
         by_mixed = -all * scale;
     }
@@ -113,8 +113,9 @@ typedef struct {
     double numbers[MOIT_MOST_BLOCK_SLOPES]; /* the constant, and the others */
 } polynomial;
 
-/* That of S, and of the distribution that bias mixes in, what it gives. */
-static polynomial polynomial_of(const moit_moment_state *s, const double *S, double around) {
+/* That of S and, unless NULL, of `shape`. */
+static polynomial polynomial_of(const moit_moment_state *s, const double *S,
+                                const moit_shape *shape, double around) {
     polynomial p = {{0.0}};
     double rule[MOIT_MOST_RULE];
     memcpy(rule, s->rule, (size_t)s->rule_size * sizeof *rule);
@@ -123,6 +124,7 @@ static polynomial polynomial_of(const moit_moment_state *s, const double *S, dou
         p.numbers[0] = moit_moments_constant(s->nodes, rule, S);
     }
     moit_moments_of_terms(s->adjoints, s->family, &s->zone, s->nodes, rule, S, p.numbers + 1);
+    if (shape) moit_add_shape(shape, around, p.numbers);
     return p;
 }
 
@@ -150,9 +152,11 @@ typedef struct {
     const double *safe;
 } giving;
 
-/* A pixel's derivatives by its mass (by_mass) and by what S moves, to the blocks around it. */
+/* A pixel's derivatives by its mass (by_mass) and by what S and `shape` move, to the blocks around
+ * it. */
 static void give_to_blocks(const giving *to, int p, const moit_moment_state *s, const double *S,
-                           double by_mass, const moit_blocks_around *around, int i) {
+                           const moit_shape *shape, double by_mass,
+                           const moit_blocks_around *around, int i) {
     const moit_job *job = to->job;
     const double *b = (const double *)to->tile->b + p * (to->slopes->numbers - 1);
     int numbers = to->slopes->numbers - 1;
@@ -161,10 +165,11 @@ static void give_to_blocks(const giving *to, int p, const moit_moment_state *s, 
         mass += around->share[k][i]
                 * *(const double *)moit_block_state(job, 0, around->place[k][i]).weight;
     polynomial whole = {{0.0}};
-    if (mass > 0.0) whole = polynomial_of(s, S, 0.0);
-    if (s->family == MOIT_POWER && mass > 0.0)
-        mean = (expected_of_terms(s, S) - s->bias * expected(&whole, numbers, to->safe)) / keeps;
-    else mean = expected(&whole, numbers, b);
+    if (mass > 0.0) whole = polynomial_of(s, S, shape, 0.0);
+    if (s->family == MOIT_POWER && mass > 0.0) {
+        double biased = expected_of_terms(s, S) + (shape ? shape->mean : 0.0);
+        mean = (biased - s->bias * expected(&whole, numbers, to->safe)) / keeps;
+    } else mean = expected(&whole, numbers, b);
     for (int k = 0; k < 4; ++k) {
         double share = around->share[k][i];
         double *by = part_of(to->slopes, moit_pixel_at(to->tile, p), k);
@@ -172,8 +177,9 @@ static void give_to_blocks(const giving *to, int p, const moit_moment_state *s, 
         by[0] += share * by_mass;
         if (!(mass > 0.0)) continue;
         moit_state block = moit_block_state(job, 0, around->place[k][i]);
-        polynomial own =
-            s->family == MOIT_POWER ? polynomial_of(s, S, *(const double *)block.numbers) : whole;
+        polynomial own = s->family == MOIT_POWER
+                             ? polynomial_of(s, S, shape, *(const double *)block.numbers)
+                             : whole;
         own.numbers[0] -= mean;
         for (int j = 0; j <= numbers; ++j) by[j] += share * keeps / mass * own.numbers[j];
     }
@@ -216,12 +222,14 @@ static void take_all(const moit_job *job, const moit_tile *tile, const moit_adjo
     }
 }
 
-void moit_moments_pull_blocks(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
+void moit_moments_pull_blocks(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
+                              moit_read_pixel *read) {
     moit_moment_state s = moit_any_state(job);
     moit_moment_steps steps = moit_technique_moments(job->technique, MOIT_FLOAT64);
     giving to = {job, tile, by->blocks, steps.safe};
     bool own_total = job->technique->full_total;
     moit_blocks_around around;
+    moit_shape shape;
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p], i = p % MOIT_AROUND, left = tile->pixels - p;
         double S[MOIT_MOST_TERMS] = {0.0};
@@ -231,9 +239,12 @@ void moit_moments_pull_blocks(const moit_job *job, const moit_tile *tile, const 
         moit_readings at = moit_readings_of(job, tile, by, p, job->technique->moments.exclude_self);
         if (by->kept && !job->depths) at.kept = by->kept + first, at.apart = by->apart;
         double by_b0 = own_total ? -tile->total[p] * by->total[p] : 0.0;
-        if (s.b0 > 0.0)
+        if (s.b0 > 0.0 && read) by_b0 += read(job, tile, &s, p, by, S, &shape);
+        else if (s.b0 > 0.0)
             by_b0 += s.adjoints->sum_pulled(s.count, &s.zone, &at, s.rule, s.b0, s.beta, S);
-        if (to.slopes->collects) give_to_blocks(&to, p, &s, S, own_total ? 0.0 : by_b0, &around, i);
+        if (to.slopes->collects)
+            give_to_blocks(&to, p, &s, S, read && s.b0 > 0.0 ? &shape : NULL,
+                           own_total ? 0.0 : by_b0, &around, i);
         for (int k = first; own_total && k < tile->offsets[p + 1]; ++k) by->work[2][k] += by_b0;
     }
     if (!to.slopes->collects) take_all(job, tile, by);

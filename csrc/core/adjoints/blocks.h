@@ -28,18 +28,19 @@ void moit_block_slopes_end(moit_block_slopes *slopes);
 void moit_block_slopes_join(moit_block_slopes *slopes);
 
 /* Of techniques whose numbers add up, by those that the tile's pixel p reads: gives to the blocks
- * around it, while they collect. mixed: what it reads of them, of which number `total` is its
- * absorbance. What the pixel's own total absorbance changes by, if that is what scales it; else 0.
- */
+ * around it, while they collect. mixed: what it reads of them, of which number `total` is all of
+ * it. What the pixel's `own` total changes by, if that is what scales it; else 0. */
 double moit_give_sums(const moit_job *job, const moit_tile *tile, const moit_adjoint *by, int p,
-                      const double *mixed, int total, const double *by_read);
+                      const double *mixed, int total, double own, const double *by_read);
 /* Numbers (`count`) as the blocks around the tile's pixel p have them, mixed. */
 void moit_mix_blocks(const moit_job *job, const moit_tile *tile, int p, int count, double *mixed);
 /* By the numbers of the block that the tile's pixel p is in, as each of its fragments adds to them;
  * 0 while blocks collect. */
 void moit_take_sums(const moit_tile *tile, const moit_adjoint *by, int p, double *by_numbers);
 
-/* Of techniques of moments, in place of what goes back through pixels' own states. */
-void moit_moments_pull_blocks(const moit_job *job, const moit_tile *tile, const moit_adjoint *by);
+/* Of techniques of moments, in place of what goes back through pixels' own states. read: NULL: what
+ * is absorbed in front of depths is read, as moments have it. */
+void moit_moments_pull_blocks(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
+                              moit_read_pixel *read);
 
 #endif

@@ -2,7 +2,7 @@
  * have them, the network layer by layer, and what it sees of a pixel, the shape of its absorbance,
  * by central moments. Where a number that the network sees is clamped, it stays so. */
 #include "core/elementary.h"
-#include "core/adjoints/moments.h"
+#include "core/adjoints/blocks.h"
 #include "core/adjoints/networks.h"
 #include "core/techniques/table.h"
 
@@ -14,7 +14,7 @@ enum { OF_FRAGMENT = 4, MOST_INPUTS = 10, CHUNK = 64, STRIDE = CHUNK + MOIT_PADD
 const char *moit_bounded_refusal(const moit_technique *technique) {
     if (moit_extents_are_words(technique))
         return "extents in words are steps; use depth_range=\"image\"";
-    return moit_moments_refusal(technique);
+    return NULL;
 }
 
 /* By what fragments see of a pixel: its mean (as a depth), 1 / deviation, total, and `seen`. */
@@ -81,6 +81,7 @@ static moit_shape pull_outline(int count, const double *rule, bool clamped, cons
     for (int k = 2; k <= count; ++k) { /* the mean moves, too */
         s.factor[k] += by_m[k];
         s.factor[1] -= k * m[k - 1] * by_m[k];
+        s.mean += m[k] * by_m[k]; /* and that of the distance from it is 0 */
     }
     return s;
 }
@@ -114,12 +115,11 @@ static void pull_places(const moit_job *job, const moit_moment_state *s, const d
     }
 }
 
-void moit_bounded_pull_pixel(const moit_job *job, const moit_tile *tile, const moit_moment_state *s,
-                             int p, const moit_adjoint *by) {
+static double read_pixel(const moit_job *job, const moit_tile *tile, const moit_moment_state *s,
+                         int p, const moit_adjoint *by, double *S, moit_shape *shape) {
     const double *outline = moit_bounded_outlines(job, tile) + p * MOIT_OUTLINE_SIZE;
-    int first = tile->offsets[p];
-    double *by_least = tile->bounds[0], *by_most = tile->bounds[1], S[2][MOIT_MOST_TERMS];
-    double column[(MOST_INPUTS + 2) * STRIDE], by_b0 = -tile->total[p] * by->total[p];
+    double *by_least = tile->bounds[0], *by_most = tile->bounds[1], more[MOIT_MOST_TERMS];
+    double column[(MOST_INPUTS + 2) * STRIDE], by_b0 = 0.0;
     moit_readings at = moit_readings_of(job, tile, by, p, true);
     by_outline o = {0};
     for (int i = 0; i < at.n; i += CHUNK) {
@@ -131,23 +131,34 @@ void moit_bounded_pull_pixel(const moit_job *job, const moit_tile *tile, const m
     }
     for (int most = 0; most < 2; ++most) {
         at.by = most ? by_most : by_least;
-        by_b0 += s->adjoints->sum_pulled(s->count, &s->zone, &at, s->rule, s->b0, most, S[most]);
+        double *terms = most ? more : S;
+        by_b0 += s->adjoints->sum_pulled(s->count, &s->zone, &at, s->rule, s->b0, most, terms);
     }
     moit_leave_depths(s, &at);
-    for (int t = 0; t < MOIT_MOST_TERMS; ++t) S[0][t] += S[1][t];
+    for (int t = 0; t < MOIT_MOST_TERMS; ++t) S[t] += more[t];
     double logarithm = moit_log(fmax(s->b0, 1e-30));
     by_b0 += o.total + (within(logarithm, -8.0, 8.0) ? o.seen[0] / s->b0 : 0.0);
     bool clamped = !(outline[MOIT_OUTLINE_SHARED + 1] > -8.0);
     if (!clamped) moit_adjoint_of_unit(job, tile, p, o.seen[1], by);
-    moit_shape shape = pull_outline(s->count, s->rule, clamped, &o);
-    moit_give_state(s, S[0], &shape, by_b0, tile->points[0] + first, tile->points[1] + first,
+    *shape = pull_outline(s->count, s->rule, clamped, &o);
+    return by_b0;
+}
+
+void moit_bounded_pull_pixel(const moit_job *job, const moit_tile *tile, const moit_moment_state *s,
+                             int p, const moit_adjoint *by) {
+    int first = tile->offsets[p];
+    double S[MOIT_MOST_TERMS], by_b0 = -tile->total[p] * by->total[p];
+    moit_shape shape;
+    by_b0 += read_pixel(job, tile, s, p, by, S, &shape);
+    moit_give_state(s, S, &shape, by_b0, tile->points[0] + first, tile->points[1] + first,
                     by->work[1] + first, by->work[2] + first);
 }
 
 void moit_bounded_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
     moit_moment_state s = moit_any_state(job);
     moit_adjoint_begin(job, tile, by);
-    for (int p = 0; p < tile->pixels; ++p) {
+    if (by->blocks) moit_moments_pull_blocks(job, tile, by, read_pixel);
+    for (int p = 0; !by->blocks && p < tile->pixels; ++p) {
         moit_move_state(tile, p, &s);
         if (s.b0 > 0.0) {
             moit_bounded_pull_pixel(job, tile, &s, p, by);
@@ -157,5 +168,6 @@ void moit_bounded_pull_back(const moit_job *job, moit_tile *tile, const moit_adj
         for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i) by->work[2][i] += by_b0;
     }
     moit_adjoint_of_absorbance(job, tile, by);
+    if (by->blocks && !job->technique->full_total) moit_adjoint_of_totals(tile, by, by->total);
     moit_adjoint_of_warp(job, tile, by);
 }

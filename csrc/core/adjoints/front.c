@@ -6,8 +6,7 @@
 
 const char *moit_front_refusal(const moit_technique *technique) {
     moit_technique tail = moit_front_tail(technique);
-    return tail.kind == MOIT_BOUNDED_NEURAL ? moit_bounded_refusal(&tail)
-                                            : moit_moments_refusal(&tail);
+    return tail.kind == MOIT_BOUNDED_NEURAL ? moit_bounded_refusal(&tail) : NULL;
 }
 
 /* ---- What an image makes of the tail --------------------------------------------------------- */

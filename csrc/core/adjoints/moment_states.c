@@ -19,16 +19,12 @@ const moit_moment_adjoints *moit_moment_adjoints_of(const moit_technique *techni
     return &moit_moment_adjoints_base[family];
 }
 
-const char *moit_moments_refusal(const moit_technique *technique) {
-    if (technique->resolution > 1)
-        return "pixels that share a block's state have none yet; use resolution=1";
-    return NULL;
-}
-
-const char *moit_block_moments_refusal(const moit_technique *technique) {
-    if (technique->resolution > 1 && technique->depth_aware)
-        return "shares that go by opaque surfaces have none; use upsampling='bilinear'";
-    return NULL;
+const char *moit_mt_refusal(const moit_technique *technique) {
+    if (technique->resolution < 2) return NULL;
+    if (!technique->transparency.average)
+        return "a block has the moments of the pixel at its middle, and those of the others move "
+               "nothing; use resolution=1";
+    return "blocks have moments of fragments that their pixels do not see; use resolution=1";
 }
 
 typedef moit_moment_state state;
@@ -52,19 +48,24 @@ static bool is_determined(const moit_moment_state *s) {
     return s->surfaces <= s->nodes && s->bias < MOIT_NO_BIAS;
 }
 
-/* By the share of the safe distribution that is mixed in. */
-static double bias_pulled(const state *s, const double *S, const moit_shape *shape) {
-    double by_b[MOIT_MOST_NUMBERS] = {0.0}, sum = 0.0;
-    int numbers = 2 * s->nodes;
-    moit_moments_of_terms(s->adjoints, s->family, &s->zone, s->nodes, s->rule, S, by_b);
-    for (int k = 1; shape && k <= numbers; ++k) {
-        double part = shape->factor[k]; /* times the binomial coefficient and powers of -middle */
-        for (int j = k; j > 0; --j) {
-            by_b[j - 1] += part;
-            part *= -shape->middle * j / (k - j + 1);
+void moit_add_shape(const moit_shape *shape, double around, double *coefficients) {
+    double beyond = around - shape->middle;
+    for (int k = 1; k < 7; ++k) {
+        double part = shape->factor[k]; /* times the binomial coefficient and powers of `beyond` */
+        for (int j = k; part != 0.0 && j >= 0; --j) {
+            coefficients[j] += part;
+            part *= beyond * j / (k - j + 1);
         }
     }
-    for (int k = 0; k < numbers; ++k) sum += by_b[k] * (s->safe[k] - s->biased[k]);
+}
+
+/* By the share of the safe distribution that is mixed in. */
+static double bias_pulled(const state *s, const double *S, const moit_shape *shape) {
+    double by_b[1 + MOIT_MOST_NUMBERS] = {0.0}, sum = 0.0;
+    int numbers = 2 * s->nodes;
+    moit_moments_of_terms(s->adjoints, s->family, &s->zone, s->nodes, s->rule, S, by_b + 1);
+    if (shape) moit_add_shape(shape, 0.0, by_b);
+    for (int k = 0; k < numbers; ++k) sum += by_b[1 + k] * (s->safe[k] - s->biased[k]);
     return sum / (1.0 - s->bias);
 }
 

@@ -12,6 +12,12 @@
 
 typedef moit_moment_state state;
 
+/* Whether rules are those of fragments as doubles have them, not of their moments. */
+static bool has_exact_rules(const moit_job *job) {
+    return job->technique->kind == MOIT_POWER_MOMENTS && job->given == MOIT_FLOAT64
+           && job->bias < MOIT_LITTLE_BIAS && !job->blocks && !moit_any_state(job).holds;
+}
+
 /* A tile as rays of lanes read it, what was found kept in `by`. */
 static moit_ray_state rays_of(const moit_job *job, const moit_tile *tile, const moit_adjoint *by) {
     const moit_technique *technique = job->technique;
@@ -22,6 +28,7 @@ static moit_ray_state rays_of(const moit_job *job, const moit_tile *tile, const 
                             .own = technique->moments.exclude_self ? tile->absorbance : NULL,
                             .rules = tile->rules,
                             .b0 = tile->b0,
+                            .low = has_exact_rules(job) ? by->low : NULL,
                             .beta = technique->moments.overestimation,
                             .kept = by->kept,
                             .apart = by->apart};
@@ -123,10 +130,33 @@ static void pull_two_passes(const moit_job *job, const moit_tile *tile, const mo
     }
 }
 
+/* Whether all pixels that absorb have rules by their fragments. */
+static bool read_exactly(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
+    moit_moment_steps steps = moit_technique_moments(job->technique, MOIT_FLOAT64);
+    moit_exact_rays rays = {.pixels = tile->pixels,
+                            .offsets = tile->offsets,
+                            .a = tile->absorbance,
+                            .z = tile->z,
+                            .b0 = tile->b0,
+                            .bias = job->bias,
+                            .safe = steps.safe,
+                            .rules = tile->rules,
+                            .low = by->low};
+    bool all = moit_moment_adjoints_of(job->technique, job->run->isa)
+                   ->exact_rules(job->technique->count, &rays);
+    memcpy(tile->double_b0, tile->b0, (size_t)tile->pixels * sizeof *tile->double_b0);
+    job->precise->decay(tile->pixels, tile->double_b0, tile->total);
+    return all;
+}
+
 void moit_moments_weigh_again(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
     const moit_moment_adjoints *adjoints = moit_moment_adjoints_of(job->technique, job->run->isa);
     moit_moments_gather(job, tile);
-    moit_moments_read_tile(job, tile);
+    bool exact = has_exact_rules(job);
+    if (!exact || !read_exactly(job, tile, by)) {
+        moit_moments_read_tile(job, tile);
+        if (exact) read_exactly(job, tile, by); /* those that have some */
+    }
     moit_ray_state rays = rays_of(job, tile, by);
     adjoints->rays.absorbance(&rays, tile->T);
     if (!tile->absorbed) job->stages->decay(tile->fragments, tile->T, tile->T);
@@ -140,7 +170,7 @@ void moit_moments_pull_back(const moit_job *job, moit_tile *tile, const moit_adj
     moit_adjoint_begin(job, tile, by);
     for (int p = 0; !multiplies && !job->blocks && p < tile->pixels; ++p)
         by->total[p] *= -tile->total[p]; /* by b0 from here on */
-    if (job->blocks) moit_moments_pull_blocks(job, tile, by);
+    if (job->blocks) moit_moments_pull_blocks(job, tile, by, NULL);
     else if (multiplies && job->technique->transparency.passes == 2) pull_two_passes(job, tile, by);
     else if (multiplies || !pull_together(job, tile, by)) pull_one_pass(job, tile, by, multiplies);
     moit_adjoint_of_absorbance(job, tile, by);

@@ -27,6 +27,21 @@ typedef struct moit_rows {
 #define MOIT_ROWS_BIAS 1e-6
 enum { MOIT_ROWS_COUNT = 4 };
 
+/* Rays of fragments whose rules are sought with twice the digits: where there are such, they are
+ * written over `rules`. low: (pixels, nodes + 1) the rest of nodes, and 1; else 0. */
+typedef struct moit_exact_rays {
+    int pixels;
+    const int32_t *offsets;
+    const double *a, *z, *b0; /* (fragments), padded; (pixels) */
+    double bias;
+    const double *safe;
+    double *rules, *low;
+} moit_exact_rays;
+
+/* With less bias rules are sought so, of rays of at least that much absorbance. */
+#define MOIT_LITTLE_BIAS 1e-9
+#define LEAST_EXACT_MASS 1e-100
+
 /* Of a family of moments, as moit_stages.moments has them. Arrays of places are padded. */
 typedef struct moit_moment_adjoints {
     /* Of one pixel's places; adds to by_z and by_own, fills S and gives what b0 changes by. */
@@ -50,6 +65,8 @@ typedef struct moit_moment_adjoints {
                           double *y, double *ahead);
     /* What `n` rays from `first` on bound, and slopes, by one loop. NULL: there is no such. */
     void (*bound_rows)(int count, const moit_rows *rows, int64_t first, int n);
+    /* Whether all rays that absorb have such a rule; NULL: none has. */
+    bool (*exact_rules)(int count, const moit_exact_rays *rays);
     /* Of many pixels at once; NULL: there are no such. */
     moit_ray_adjoints rays;
 } moit_moment_adjoints;
@@ -58,7 +75,7 @@ extern const moit_moment_adjoints moit_moment_adjoints_base[2], moit_moment_adjo
     moit_moment_adjoints_avx512[2];
 
 /* With less bias than that, rays of no more fragments than the rule has nodes are exact wherever
- * these lie. Steps of the curve and moments that move with them take each other away then, and what
+ * these lie, as far as their moments tell. Steps of the curve and moments that move with them take each other away then, and what
  * is left of both is rounding. */
 #define MOIT_NO_BIAS 1e-12
 
@@ -84,7 +101,11 @@ void moit_move_state(const moit_tile *tile, int p, moit_moment_state *s);
 /* A polynomial of power moments: the sum of factor[k] (z - middle)^k, k = 1 to 6. */
 typedef struct moit_shape {
     double middle, factor[7];
+    double mean; /* over the distribution that it is of, bias mixed in */
 } moit_shape;
+
+/* Adds it to the coefficients of (z - around)^k, k = 0 to 6 at most. */
+void moit_add_shape(const moit_shape *shape, double around, double *coefficients);
 
 /* After all that was read of a state is in at->by_z: 0, where moments say all of the pixel's
  * fragments. */
@@ -107,6 +128,12 @@ void moit_pull_state(const moit_moment_state *s, double by_b0, const moit_readin
 void moit_moments_of_terms(const moit_moment_adjoints *adjoints, int family,
                            const moit_wrapping_zone *zone, int nodes, const double *rule,
                            const double *S, double *by_b);
+
+/* What was read of pixel p's state: fills S (MOIT_MOST_TERMS) and shape, and gives what b0 changes
+ * by. */
+typedef double moit_read_pixel(const moit_job *job, const moit_tile *tile,
+                               const moit_moment_state *s, int p, const moit_adjoint *by, double *S,
+                               moit_shape *shape);
 
 /* Of a pixel of bounded neural transmittance. */
 void moit_bounded_pull_pixel(const moit_job *job, const moit_tile *tile, const moit_moment_state *s,

@@ -22,7 +22,9 @@ const char *moit_moments_gradient_refusal(const moit_technique *technique) {
         return "words of 16 bits are steps; use storage=\"float32\"";
     if (technique->moments.bits == 16) return "words of 16 bits are steps; use bits=32";
     if (technique->moments.halves) return "half floats are steps; use storage=None";
-    return moit_moments_refusal(technique);
+    if (technique->resolution > 1)
+        return "those of blocks have none by themselves; use resolution=1";
+    return NULL;
 }
 
 enum { BLOCK_POINTS = 8192, BLOCK_PIXELS = 256, MOST_NODES = 4 };

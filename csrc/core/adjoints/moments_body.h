@@ -4,6 +4,7 @@
 #include "core/stages/lanes.h"
 #include "core/stages/quads.h"
 #include "core/stages/rays.h"
+#include "core/stages/columns.h"
 
 /* Which lanes are among the first n. */
 FN truth among_first(int n) {
@@ -61,6 +62,8 @@ FN void narrow(float *p, real x, int n) {
 }
 
 #include "kernels/pairs.h"
+#define TEXT "core/adjoints/exact_rules_of_count.h"
+#include "core/stages/each_power_count.h"
 #define NODES 1
 #include "core/adjoints/rows_of_count.h"
 #undef NODES
@@ -103,6 +106,15 @@ static void pull_each(int count, int n, const double *rules, const double *b0, c
     case 4: pull_each2(n, rules, b0, z, own, beta, by, by_b0, by_b, by_z, by_own); break;
     case 6: pull_each3(n, rules, b0, z, own, beta, by, by_b0, by_b, by_z, by_own); break;
     default: pull_each4(n, rules, b0, z, own, beta, by, by_b0, by_b, by_z, by_own);
+    }
+}
+
+static bool exact_rules(int count, const moit_exact_rays *rays) {
+    switch (count) {
+    case 2: return exact_rules1(rays);
+    case 4: return exact_rules2(rays);
+    case 6: return exact_rules3(rays);
+    default: return exact_rules4(rays);
     }
 }
 
@@ -170,6 +182,7 @@ const moit_moment_adjoints TABLE[2] = {[MOIT_POWER] = {sum_pulled,
                                                        pull_each,
                                                        nodes_through,
                                                        bound_rows,
+                                                       exact_rules,
                                                        {ray_absorbance, pull_rays}},
                                        [MOIT_TRIGONOMETRIC] = {.sum_pulled = circle_sum_pulled,
                                                                .read_polynomial = read_circle,

@@ -24,15 +24,13 @@ enum { OF_IMAGE, OF_FRAGMENTS, OF_CURVES, OF_TOTALS };
 
 typedef struct {
     int question;
-    const double *background; /* of an image */
-    bool per_pixel;
+    moit_behind behind; /* of an image */
     const void *seed;
     const moit_gradients *out;
     int64_t depths; /* of curves */
     const double *depth;
     double *network; /* by the network's weights, of each run of pixels; or NULL */
-    int weights;
-    int64_t run;
+    int64_t weights;
     moit_block_slopes *blocks; /* where pixels read blocks; else NULL */
 } pulling;
 
@@ -240,7 +238,7 @@ static void image_backwards(const moit_job *job, const moit_tile *tile, moit_twi
     else weigh(t, net);
     for (int p = 0; p < tile->pixels; ++p) {
         int64_t pixel = tile->first_pixel + p;
-        const double *behind = how->background + (how->per_pixel ? 3 * pixel : 0);
+        const double *behind = how->behind.color + (how->behind.per_pixel ? 3 * pixel : 0);
         bool hides = opaque_at(tile, p);
         /* an opaque surface hides all light: alpha is 1 whatever is in front of it */
         double by_alpha = hides ? 0.0 : seed_at(job, how, 4 * pixel + 3) / 3.0;
@@ -324,19 +322,14 @@ static void totals_backwards(const moit_job *job, const moit_tile *tile, moit_tw
     pull(t, total, t->by.alpha);
 }
 
-static void give_behind(const moit_job *job, const moit_tile *tile, const moit_twin *t,
+/* By the colours of opaque surfaces, which are behind all else. */
+static void give_opaque(const moit_job *job, const moit_tile *tile, const moit_twin *t,
                         const pulling *how) {
-    const moit_gradients *out = how->out;
-    for (int p = 0; p < tile->pixels; ++p)
-        for (int c = 0; c < 3; ++c) {
-            double by = how->question == OF_IMAGE ? t->color_by[3 * p + c] : 0.0;
-            bool hides = opaque_at(tile, p);
-            if (out->background)
-                out->background[3 * (tile->first_pixel + p) + c] = hides ? 0.0 : by;
-            if (hides && out->color)
-                moit_set_number(job->fragments->precision, out->color,
-                                3 * (tile->first_fragment + tile->opaque[p]) + c, by);
-        }
+    for (int p = 0; tile->opaque && how->out->color && p < tile->pixels; ++p)
+        for (int c = 0; tile->opaque[p] >= 0 && c < 3; ++c)
+            moit_set_number(job->fragments->precision, how->out->color,
+                            3 * (tile->first_fragment + tile->opaque[p]) + c,
+                            how->question == OF_IMAGE ? t->color_by[3 * p + c] : 0.0);
 }
 
 static void pull_tile(const moit_job *job, moit_tile *tile, void *context) {
@@ -344,11 +337,13 @@ static void pull_tile(const moit_job *job, moit_tile *tile, void *context) {
     moit_twin t;
     bool single = how->question == OF_IMAGE || how->question == OF_FRAGMENTS;
     if (single && !tile->opacity[0] && moit_is_single(job)) {
-        moit_single_asked asked = {how->background, how->per_pixel, how->seed, how->out};
+        const moit_behind *behind = how->question == OF_IMAGE ? &how->behind : NULL;
+        moit_single_asked asked = {behind, how->seed, how->out};
         if (moit_single_backwards(job, tile, &asked)) return;
     }
     moit_twin_begin(job, tile, &t);
-    if (how->network) t.by.network = how->network + tile->first_pixel / how->run * how->weights;
+    if (how->network && !(how->blocks && how->blocks->collects))
+        t.by.network = how->network + tile->first_pixel / how->behind.run * how->weights;
     t.by.blocks = how->blocks;
     switch (how->question) {
     case OF_IMAGE: image_backwards(job, tile, &t, how); break;
@@ -358,27 +353,49 @@ static void pull_tile(const moit_job *job, moit_tile *tile, void *context) {
     }
     if (how->blocks && how->blocks->collects) return;
     moit_twin_give(job, tile, &t, how->out);
-    give_behind(job, tile, &t, how);
+    give_opaque(job, tile, &t, how);
+    if (how->question == OF_IMAGE) moit_behind_give(&how->behind, tile, t.color_by);
 }
 
 enum { LEAST_RUN = 2048, MOST_RUNS = 256 };
 
-/* Each run of pixels has sums of its own, which are added up in the order of runs. */
-static moit_status ask_network(const moit_job *job, pulling *how) {
+static int64_t runs_of(const moit_job *job, const pulling *how) {
+    return (job->fragments->pixels + how->behind.run - 1) / how->behind.run;
+}
+
+/* Sums over all pixels (the network's weights, one background) are of runs of these first, and then
+ * added up in the order of runs. */
+static moit_status begin_sums(const moit_job *job, pulling *how) {
     int64_t pixels = job->fragments->pixels, run = (pixels + MOST_RUNS - 1) / MOST_RUNS;
-    how->run = run > LEAST_RUN ? run : LEAST_RUN;
-    how->weights = moit_network_weights(job->technique);
-    int64_t runs = (pixels + how->run - 1) / how->run;
-    how->network = calloc((size_t)(runs + 1) * (size_t)how->weights, sizeof *how->network);
-    if (!how->network) return MOIT_NO_MEMORY;
-    moit_status status = moit_for_tiles_of(job, &(moit_runs){0, how->run}, pull_tile, how);
-    for (int k = 0; k < how->weights; ++k) {
-        double sum = 0.0;
-        for (int64_t i = 0; i < runs; ++i) sum += how->network[i * how->weights + k];
-        how->out->network[k] = sum;
+    bool one = how->out->background && !how->behind.per_pixel;
+    how->behind.run = how->out->network && run > LEAST_RUN ? run : LEAST_RUN;
+    how->behind.by = how->out->background;
+    how->weights = how->out->network ? moit_network_weights(job->technique) : 0;
+    size_t runs = (size_t)runs_of(job, how) + 1;
+    if (how->weights) how->network = calloc(runs * (size_t)how->weights, sizeof *how->network);
+    if (one) how->behind.by = calloc(3 * runs, sizeof *how->behind.by);
+    bool failed = (how->weights && !how->network) || (one && !how->behind.by);
+    return failed ? MOIT_NO_MEMORY : MOIT_OK;
+}
+
+static void add_up(const double *parts, int64_t runs, int64_t numbers, double *to) {
+    for (int64_t k = 0; parts && k < numbers; ++k) {
+        to[k] = 0.0;
+        for (int64_t i = 0; i < runs; ++i) to[k] += parts[i * numbers + k];
     }
+}
+
+static void end_sums(const moit_job *job, pulling *how) {
+    int64_t runs = runs_of(job, how);
+    add_up(how->network, runs, how->weights, how->out->network);
     free(how->network);
-    return status;
+    if (how->behind.by == how->out->background) return;
+    add_up(how->behind.by, runs, 3, how->out->background);
+    free(how->behind.by);
+}
+
+static moit_status ask_tiles(const moit_job *job, pulling *how) {
+    return moit_for_tiles_of(job, &(moit_runs){0, how->behind.run}, pull_tile, how);
 }
 
 /* Pixels give to the blocks that they read first, then fragments take from theirs. */
@@ -390,7 +407,7 @@ static moit_status ask_blocks(const moit_job *job, pulling *how) {
     if (status == MOIT_OK) status = moit_for_tiles_of(job, &strips, pull_tile, how);
     if (status == MOIT_OK) {
         moit_block_slopes_join(&slopes);
-        status = moit_for_tiles(job, pull_tile, how);
+        status = ask_tiles(job, how);
     }
     moit_block_slopes_end(&slopes);
     return status;
@@ -419,10 +436,11 @@ static moit_status ask(const moit_fragments *fragments, const moit_technique *te
     job.scratch = scratch;
     job.depths = how->depths;
     job.depth = how->depth;
-    if (status == MOIT_OK)
-        status = how->out->network ? ask_network(&job, how)
-                 : job.blocks      ? ask_blocks(&job, how)
-                                   : moit_for_tiles(&job, pull_tile, how);
+    if (status == MOIT_OK) {
+        status = begin_sums(&job, how);
+        if (status == MOIT_OK) status = (job.blocks ? ask_blocks : ask_tiles)(&job, how);
+        end_sums(&job, how);
+    }
     moit_blocks_release(&job);
     if (row->release) row->release(&job);
     return status;
@@ -434,8 +452,7 @@ moit_status moit_composite_pullback(const moit_fragments *fragments,
                                     const void *seed, const moit_gradients *out,
                                     const moit_run *run) {
     pulling how = {.question = OF_IMAGE,
-                   .background = background,
-                   .per_pixel = background_per_pixel,
+                   .behind = {.color = background, .per_pixel = background_per_pixel},
                    .seed = seed,
                    .out = out};
     return ask(fragments, technique, cull_opaque, &how, run);

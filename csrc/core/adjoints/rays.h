@@ -12,6 +12,7 @@ typedef struct moit_ray_state {
     const int32_t *offsets;
     const void *z, *own; /* own: absorbances, where a surface does not occlude itself; or NULL */
     const double *rules, *b0;
+    const double *low; /* (pixels, nodes + 1) of moit_exact_rays; or NULL */
     double beta;
     void *kept; /* columns, `apart` numbers from one to the next */
     int64_t apart;
@@ -21,10 +22,11 @@ typedef struct moit_ray_pull {
     const void *by, *a;  /* by what is absorbed in front; absorbances */
     const double *by_b0; /* (pixels) by totals */
     double keeps;        /* of means */
-    bool leaves_depths;  /* of rays that moments say all of: by_z is 0 (moit_leave_depths) */
+    bool leaves_depths;  /* of rays that moments say all of, and no exact rule more: by_z is 0
+                          * (moit_leave_depths) */
     void *by_a, *by_z;   /* are filled */
-    bool *is_hard;       /* of floats: (pixels) is filled of those with fragments, whether floats
-                           * have too few digits; or NULL */
+    bool *is_hard;       /* of floats: (pixels) whether these have too few digits: those that are
+                           * known to be hard get no answer, of the others it is told; or NULL */
 } moit_ray_pull;
 
 typedef struct moit_ray_adjoints {

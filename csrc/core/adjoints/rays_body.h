@@ -36,14 +36,28 @@ FN quad sums_of_rows(const int rows, const SCALAR *x, const int apart, int n) {
     return sums_of_four(sum);
 }
 
-/* Of one row, over the places of four rays from r on; y: is multiplied by, or NULL. */
-FN quad sums_of_rays(const ray_block *block, const int32_t *offsets, int r, const SCALAR *x,
-                     const SCALAR *y) {
+/* Rays of a block that are answered. */
+typedef struct {
+    int count, ray[BLOCK_RAYS];
+} answered_rays;
+
+FN answered_rays rays_answered(const ray_block *block, const bool *is_hard) {
+    answered_rays some = {.count = 0};
+    for (int r = 0; r < block->rays; ++r) {
+        some.ray[some.count] = r;
+        some.count += !(is_hard && is_hard[block->pixel[r]]);
+    }
+    return some;
+}
+
+/* Of one row, over the places of four of these from the k-th on; y: is multiplied by, or NULL. */
+FN quad sums_of_rays(const ray_block *block, const answered_rays *some, const int32_t *offsets,
+                     int k, const SCALAR *x, const SCALAR *y) {
     quad sum[4];
-    for (int k = 0; k < 4; ++k) {
-        bool there = r + k < block->rays;
-        int p = block->pixel[there ? r + k : r], first = offsets[p];
-        sum[k] = sum_of_row(x + (first - block->first), y ? y + first : NULL,
+    for (int j = 0; j < 4; ++j) {
+        bool there = k + j < some->count;
+        int p = block->pixel[some->ray[there ? k + j : k]], first = offsets[p];
+        sum[j] = sum_of_row(x + (first - block->first), y ? y + first : NULL,
                             there ? offsets[p + 1] - first : 0);
     }
     return sums_of_four(sum);

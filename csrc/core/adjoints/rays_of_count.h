@@ -8,6 +8,8 @@ FN void NAMED(block_rows)(const moit_ray_state *o, const ray_block *block,
                           SCALAR (*row)[BLOCK_ROW]) {
     for (int r = 0; r < block->rays; ++r) {
         NAMED(rule_into_rows)(row, r, o->rules + block->pixel[r] * MOIT_RULE_SIZE(2 * NODES));
+        for (int i = 0; o->low && i < NODES; ++i)
+            row[NODES + i][r] += (SCALAR)o->low[block->pixel[r] * (NODES + 1) + i];
         row[3 * NODES + 1][r] = (SCALAR)o->b0[block->pixel[r]];
     }
 }
@@ -92,13 +94,15 @@ static void NAMED(pull_block)(const moit_ray_state *o, const moit_ray_pull *by,
     double by_b0[BLOCK_RAYS];
     NAMED(block_rows)(o, block, row);
     NAMED(read_block)(o, by, block, row, &n);
-    for (int r = 0; r < block->rays; ++r) {
-        int first = offsets[block->pixel[r]], count = offsets[block->pixel[r] + 1] - first;
+    const answered_rays some = rays_answered(block, by->is_hard);
+    for (int k = 0; k < some.count; ++k) {
+        int r = some.ray[k], first = offsets[block->pixel[r]],
+            count = offsets[block->pixel[r] + 1] - first;
         const SCALAR *at = n.of[0] + (first - block->first);
 #define FOUR_ROWS(t) \
     if (SUMS > (t)) { \
         quad sum = sums_of_rows(SUMS - (t), at + (t)*APART, APART, count); \
-        for (int k = 0; k < 4 && (t) + k < TERMS; ++k) S[(t) + k][r] = (SCALAR)sum[k]; \
+        for (int j = 0; j < 4 && (t) + j < TERMS; ++j) S[(t) + j][r] = (SCALAR)sum[j]; \
         if ((t) + 4 >= SUMS) by_b0[r] = sum[(TERMS - (t)) & 3]; \
     }
         FOUR_ROWS(0)
@@ -108,15 +112,15 @@ static void NAMED(pull_block)(const moit_ray_state *o, const moit_ray_pull *by,
 #undef FOUR_ROWS
     }
     NAMED(read_polynomials)(o, block, row, S, &n);
-    for (int r = 0; r < block->rays; r += 4) {
-        quad sum = sums_of_rays(block, offsets, r, n.value, by->a);
-        for (int k = 0; k < 4 && r + k < block->rays; ++k) {
-            int p = block->pixel[r + k];
+    for (int k = 0; k < some.count; k += 4) {
+        quad sum = sums_of_rays(block, &some, offsets, k, n.value, by->a);
+        for (int j = 0; j < 4 && k + j < some.count; ++j) {
+            int r = some.ray[k + j], p = block->pixel[r];
             /* as sums make means: of next to no absorbance, too, 1 / b0 is finite */
             double inverse = 1.0 / (o->b0[p] > LEAST_TOTAL ? o->b0[p] : LEAST_TOTAL);
             double keeps = o->b0[p] > 0.0 ? by->keeps * inverse : 0.0;
-            all[r + k] = (SCALAR)(by->by_b0[p] + by_b0[r + k] - keeps * (inverse * sum[k]));
-            each[r + k] = (SCALAR)keeps;
+            all[r] = (SCALAR)(by->by_b0[p] + by_b0[r] - keeps * (inverse * sum[j]));
+            each[r] = (SCALAR)keeps;
         }
     }
     ray_motions of = {.all = all,
@@ -130,11 +134,12 @@ static void NAMED(pull_block)(const moit_ray_state *o, const moit_ray_pull *by,
     give_block(by, block, &of);
     for (int r = 0; by->leaves_depths && r < block->rays; ++r) {
         int first = offsets[block->pixel[r]], count = offsets[block->pixel[r] + 1] - first;
+        if (o->low && o->low[block->pixel[r] * (NODES + 1) + NODES] > 0.0) continue;
         for (int i = 0; count <= NODES && i < count; ++i) ((SCALAR *)by->by_z)[first + i] = 0;
     }
-    for (int r = 0; by->is_hard && r < block->rays; r += 4) {
-        quad sum = sums_of_rays(block, offsets, r, of.lost, NULL);
-        for (int k = 0; k < 4 && r + k < block->rays; ++k)
-            by->is_hard[block->pixel[r + k]] = sum[k] > 0.0;
+    for (int k = 0; by->is_hard && k < some.count; k += 4) {
+        quad sum = sums_of_rays(block, &some, offsets, k, of.lost, NULL);
+        for (int j = 0; j < 4 && k + j < some.count; ++j)
+            by->is_hard[block->pixel[some.ray[k + j]]] = sum[j] > 0.0;
     }
 }

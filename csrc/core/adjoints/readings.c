@@ -41,7 +41,7 @@ moit_readings moit_readings_of(const moit_job *job, const moit_tile *tile, const
 }
 
 double moit_covered_by(double b0, double total) {
-    return b0 < 1e-3 ? -moit_expm1(-b0) : 1.0 - total;
+    return b0 < MOIT_LITTLE_COVERED ? -moit_expm1(-b0) : 1.0 - total;
 }
 
 double moit_absorbance_slope(const moit_technique *technique, double most, double alpha) {

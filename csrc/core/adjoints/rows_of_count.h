@@ -1,7 +1,7 @@
 /* What sums of NODES nodes' powers bound, and its slopes, a ray to a lane: from rows of floats to
  * rows of floats, with nothing kept between. Rules are by single numbers of double, so that what
- * the bias leaves of pivots has to be far above what these round off: MOIT_ROWS_BIAS. */
-#include "kernels/power_rules.h"
+ * the bias leaves of pivots has to be far above what these round off: MOIT_ROWS_BIAS. Behind
+ * exact_rules_of_count.h. */
 
 static void NAMED(bound_rows)(const moit_rows *o, int64_t first, int n) {
     const float *mass = o->rows + first, *places = o->z + first;

@@ -12,12 +12,6 @@
 
 enum { MOST_TERMS = 32 };
 
-const char *moit_series_refusal(const moit_technique *technique) {
-    if (technique->resolution > 1 && technique->kind == MOIT_FUNCTION_MAP)
-        return "what blocks take of a map is scaled to what pixels let through; use resolution=1";
-    return moit_block_moments_refusal(technique);
-}
-
 /* ---- Fourier opacity maps -------------------------------------------------------------------- */
 
 /* cos(2 pi k d) and sin(2 pi k d), k = 1 .. harmonics. */
@@ -106,7 +100,7 @@ void moit_fourier_pull_back(const moit_job *job, moit_tile *tile, const moit_adj
         if (by->blocks) {
             double mixed[MOST_TERMS], taken[MOST_TERMS];
             moit_mix_blocks(job, tile, p, count, mixed);
-            double by_total = moit_give_sums(job, tile, by, p, mixed, 0, by_b);
+            double by_total = moit_give_sums(job, tile, by, p, mixed, 0, tile->double_b0[p], by_b);
             moit_take_sums(tile, by, p, taken);
             taken[0] += by_total;
             memcpy(by_b, taken, (size_t)count * sizeof *by_b);
@@ -181,7 +175,8 @@ void moit_haar_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoin
             double mixed[MOST_TERMS], taken[MOST_TERMS];
             moit_mix_blocks(job, tile, p, cells, mixed);
             job->precise->haar_cells(levels, density, 1, mixed);
-            double by_total = moit_give_sums(job, tile, by, p, mixed, cells - 1, by_end);
+            double own = tile->double_b0[p];
+            double by_total = moit_give_sums(job, tile, by, p, mixed, cells - 1, own, by_end);
             moit_take_sums(tile, by, p, taken);
             taken[cells - 1] += by_total;
             memcpy(by_end, taken, (size_t)cells * sizeof *by_end);
@@ -246,6 +241,22 @@ static void pull_drops(int count, const double *by_c, int n, const double *alpha
     }
 }
 
+/* Of blocks, which have what maps take of 1: from the derivatives by the coefficients and the total
+ * that pixel p reads to those by what its own block's maps have, and its own total. */
+static void pull_taken(const moit_job *job, const moit_tile *tile, const moit_adjoint *by, int p,
+                       double by_map, double *by_c, double *by_total) {
+    int count = job->technique->count;
+    double by_read[MOST_TERMS + 1], mixed[MOST_TERMS + 1], taken[MOST_TERMS + 1];
+    const double *read = moit_function_map_blocks.state(job, tile, 0).numbers;
+    for (int k = 0; k < count; ++k) by_read[k] = k ? by_c[k] : -by_c[0];
+    by_read[count] = read[p * (count + 1) + count] > 1.0 ? 0.0 : -by_map;
+    moit_mix_blocks(job, tile, p, count + 1, mixed);
+    *by_total -= moit_give_sums(job, tile, by, p, mixed, count, 1.0 - tile->total[p], by_read);
+    moit_take_sums(tile, by, p, taken);
+    for (int k = 0; k < count; ++k) by_c[k] = k ? taken[k] : -taken[0];
+    *by_total -= taken[count];
+}
+
 void moit_function_map_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
     int count = job->technique->count;
     moit_adjoint_begin(job, tile, by);
@@ -259,8 +270,10 @@ void moit_function_map_pull_back(const moit_job *job, moit_tile *tile, const moi
         moit_readings at = moit_readings_of(job, tile, by, p, job->technique->series.exclude_self);
         if (at.own) at.own = alpha;
         at.by_own = by_alpha;
-        read_function(count, (const double *)(void *)tile->own + p * count, tile->total[p],
-                      job->max_alpha, &at, by_c, &by_total);
+        double by_map = 0.0, map_total = by->blocks ? tile->double_b0[p] : tile->total[p];
+        read_function(count, (const double *)(void *)tile->own + p * count, map_total,
+                      job->max_alpha, &at, by_c, by->blocks ? &by_map : &by_total);
+        if (by->blocks) pull_taken(job, tile, by, p, by_map, by_c, &by_total);
         for (int i = 0; i < n; ++i) order[tile->rank[first + i]] = i;
         for (int k = 0; k < n; ++k) {
             T[order[k]] = through;

@@ -46,7 +46,8 @@ typedef struct {
 
 typedef struct {
     float *kept, *A, *T, *by_A, *by_a, *by_z, *by_alpha, *by_depth, *by_color;
-    double *a, *z, *b, *sums, *by_sums, *by_b0;
+    double *b, *sums, *by_sums, *by_b0, *by_behind, *shown;
+    int32_t *pixel, *offsets; /* of pixels with fragments, of the tile's */
     bool *is_hard;
     hard_pixels hard;
     int64_t apart;
@@ -66,11 +67,13 @@ static size_t lay_out(size_t n, size_t pixels, char *memory, room *r) {
     struct {
         void *start;
         size_t count, size;
-    } parts[] = {{&r->a, n, sizeof(double)},
-                 {&r->z, n, sizeof(double)},
-                 {&r->sums, 4 * pixels, sizeof(double)},
+    } parts[] = {{&r->sums, 4 * pixels, sizeof(double)},
                  {&r->by_sums, 4 * pixels, sizeof(double)},
                  {&r->by_b0, pixels, sizeof(double)},
+                 {&r->by_behind, 3 * pixels, sizeof(double)},
+                 {&r->shown, 4 * pixels, sizeof(double)},
+                 {&r->pixel, pixels + 1, sizeof(int32_t)},
+                 {&r->offsets, pixels + 2, sizeof(int32_t)},
                  {&r->b, MOIT_MOST_NUMBERS * pixels, sizeof(double)},
                  {&r->kept, MOIT_KEPT * n, sizeof(float)},
                  {&r->A, n, sizeof(float)},
@@ -106,68 +109,70 @@ size_t moit_single_scratch(int fragments, int pixels) {
     return lay_out((size_t)fragments, (size_t)pixels, NULL, &r);
 }
 
+/* Leaves out pixels without fragments, which images have many of: how many are left. */
+static int leave_out_empty(const moit_tile *tile, const room *r) {
+    int filled = 0;
+    r->offsets[0] = 0;
+    for (int p = 0; p < tile->pixels; ++p) {
+        r->pixel[filled] = p;
+        r->offsets[filled + 1] = tile->offsets[p + 1];
+        filled += tile->offsets[p + 1] > tile->offsets[p];
+    }
+    return filled;
+}
+
 /* The tile's state: its totals and rules in double, of absorbances and z as floats have them. */
 static void gather(const moit_job *job, moit_tile *tile, const room *r) {
     const moit_technique *technique = job->technique;
-    const moit_stages *precise = job->precise;
-    const float *a = tile->absorbance, *z = tile->z;
-    int count = technique->count;
+    const moit_moment_steps steps = moit_technique_moments(technique, MOIT_FLOAT64);
     job->stages->absorbance(tile->fragments, tile->alpha, job->max_alpha, tile->absorbance);
     moit_warp_tile(job, tile);
-    for (int i = 0; i < tile->fragments; ++i) {
-        r->a[i] = (double)a[i];
-        r->z[i] = (double)z[i];
-    }
-    if (count == 4)
-        precise->plain_power_sums(tile->pixels, tile->offsets, r->a, r->z, tile->double_b0, r->b);
-    else
-        precise->moments[MOIT_POWER].sums(count, NULL, tile->pixels, tile->offsets, r->a, r->z,
-                                          tile->double_b0, r->b);
-    moit_moments_read(precise, MOIT_FLOAT64, technique, NULL, job->bias, tile->pixels, r->b,
-                      tile->double_b, tile->rules);
-    precise->decay(tile->pixels, tile->double_b0, tile->total);
+    adjoints_of(job->run->isa)
+        ->state(&(moit_single_state){.count = technique->count,
+                                     .pixels = tile->pixels,
+                                     .offsets = tile->offsets,
+                                     .a = tile->absorbance,
+                                     .z = tile->z,
+                                     .b0 = tile->double_b0,
+                                     .b = r->b});
+    /* as forwards: next to the least bias, what single doubles round off is nothing */
+    job->precise->moments[MOIT_POWER].rules(technique->count, NULL, true, tile->pixels, r->b,
+                                            job->bias, steps.safe, steps.least, tile->rules);
+    job->precise->decay(tile->pixels, tile->double_b0, tile->total);
 }
 
-/* Of each pixel, by its sums and by the total b0; color_by: by what is behind. */
-static void pull_pixels(const moit_job *job, const moit_tile *tile, const moit_single_asked *asked,
-                        const room *r) {
+/* What is behind the tile's pixels, and how alpha moves with what they let through. */
+static void find_shown(const moit_job *job, const moit_tile *tile, const moit_single_asked *asked,
+                       const room *r) {
     const float *color = job->fragments->color;
-    for (int p = 0; p < tile->pixels; ++p) {
-        int64_t pixel = tile->first_pixel + p;
-        const float *seed = asked->seed + 4 * pixel;
-        const double *sum = r->sums + 4 * p, *behind = asked->background;
-        double *by_sum = r->by_sums + 4 * p, total = tile->total[p], by_total = 0.0, scale = 1.0;
-        double inverse = 0.0, by_scale = 0.0;
-        bool hides = tile->opaque && tile->opaque[p] >= 0;
-        bool scales = job->technique->normalize && sum[3] > 0.0;
-        int64_t last = hides ? tile->first_fragment + tile->opaque[p] : 0;
-        if (asked->per_pixel) behind += 3 * pixel;
-        if (scales) inverse = 1.0 / sum[3];
-        if (scales) scale = moit_covered_by(tile->double_b0[p], total) * inverse;
-        for (int c = 0; c < 3; ++c) {
-            double g = (double)seed[c], shown = hides ? (double)color[3 * last + c] : behind[c];
-            double by_behind = g * total;
-            by_sum[c] = g * scale;
-            by_total += g * shown;
-            by_scale += g * sum[c];
-            if (asked->out->background)
-                asked->out->background[3 * pixel + c] = hides ? 0.0 : by_behind;
-        }
-        by_sum[3] = -by_scale * scale * inverse;
-        by_total -= by_scale * inverse;
-        /* an opaque surface hides all light: alpha is 1 whatever is in front of it */
-        if (!hides) by_total -= (double)seed[3];
-        r->by_b0[p] = -total * by_total;
+    for (int k = 0; k < tile->pixels; ++k) {
+        int p = r->pixel[k];
+        double *shown = r->shown + 4 * k;
+        const double *behind = asked->behind->color;
+        if (asked->behind->per_pixel) behind += 3 * (tile->first_pixel + p);
+        for (int c = 0; c < 3; ++c) shown[c] = behind[c];
+        shown[3] = -1.0;
+        if (!tile->opaque || tile->opaque[p] < 0) continue;
+        const float *last = color + 3 * (tile->first_fragment + tile->opaque[p]);
+        for (int c = 0; c < 3; ++c) shown[c] = (double)last[c];
+        shown[3] = 0.0; /* it hides all light: alpha is 1 whatever is in front of it */
     }
+}
+
+/* What is behind pixels without fragments is seen as it is. */
+static void give_empty(const moit_tile *whole, const moit_single_asked *asked, const room *r) {
+    const float *seed = asked->seed + 4 * whole->first_pixel;
+    for (int p = 0; p < whole->pixels; ++p)
+        for (int c = 0; whole->offsets[p] == whole->offsets[p + 1] && c < 3; ++c)
+            r->by_behind[3 * p + c] = (double)seed[4 * p + c];
 }
 
 /* By the colours of opaque surfaces, which stand where the picture's background would. */
-static void give_opaque(const moit_tile *tile, const moit_single_asked *asked) {
+static void give_opaque(const moit_tile *tile, const moit_single_asked *asked, const room *r) {
     float *to = asked->out->color;
-    for (int p = 0; asked->background && to && tile->opaque && p < tile->pixels; ++p)
+    for (int p = 0; to && tile->opaque && p < tile->pixels; ++p)
         for (int c = 0; tile->opaque[p] >= 0 && c < 3; ++c)
-            to[3 * (tile->first_fragment + tile->opaque[p]) + c] =
-                (float)((double)asked->seed[4 * (tile->first_pixel + p) + c] * tile->total[p]);
+            to[3 * (tile->first_fragment + tile->opaque[p]) + c] = (float)r->by_behind[3 * p + c];
 }
 
 /* Of weights whose ratios alone count. Below, they may be next to nothing for floats. */
@@ -196,7 +201,18 @@ static void pull_picture(const moit_job *job, const moit_tile *tile, const moit_
                        r->sums);
     for (int p = 0; job->technique->normalize && p < tile->pixels; ++p)
         if (r->sums[4 * p + 3] < LEAST_SUM) unbury(job, tile, r, p);
-    pull_pixels(job, tile, asked, r);
+    find_shown(job, tile, asked, r);
+    adjoints->pixels(&(moit_single_pixels){.pixels = tile->pixels,
+                                           .pixel = r->pixel,
+                                           .scales = job->technique->normalize,
+                                           .seed = asked->seed + 4 * tile->first_pixel,
+                                           .sums = r->sums,
+                                           .shown = r->shown,
+                                           .b0 = tile->double_b0,
+                                           .total = tile->total,
+                                           .by_sums = r->by_sums,
+                                           .by_b0 = r->by_b0,
+                                           .by_behind = r->by_behind});
     adjoints->sums(&(moit_single_sums){.pixels = tile->pixels,
                                        .offsets = tile->offsets,
                                        .by_sum = r->by_sums,
@@ -220,8 +236,8 @@ static void pull_fragments(const moit_job *job, const moit_tile *tile,
     memset(r->by_alpha, 0, n * sizeof *r->by_alpha);
     memset(r->by_color, 0, 3 * n * sizeof *r->by_color);
     for (int p = 0; p < tile->pixels; ++p) {
-        bool hides = tile->opaque && tile->opaque[p] >= 0;
-        r->by_b0[p] = hides ? -tile->total[p] * (double)seed[tile->opaque[p]] : 0.0;
+        int opaque = tile->opaque ? tile->opaque[r->pixel[p]] : -1;
+        r->by_b0[p] = opaque >= 0 ? -tile->total[p] * (double)seed[opaque] : 0.0;
     }
 }
 
@@ -235,12 +251,21 @@ static int add_hard(const moit_tile *tile, const room *r, int rule_size, int p, 
     memcpy(hard->rules + pixels * rule_size, tile->rules + p * rule_size,
            (size_t)rule_size * sizeof *hard->rules);
     for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i, ++n) {
-        hard->z[n] = r->z[i];
-        hard->a[n] = r->a[i];
+        hard->z[n] = (double)((const float *)tile->z)[i];
+        hard->a[n] = (double)((const float *)tile->absorbance)[i];
         hard->by[n] = (double)r->by_A[i];
     }
     hard->offsets[pixels + 1] = n;
     return pixels + 1;
+}
+
+/* Of few fragments what is read at a depth and what moments move with it nearly always take each
+ * other away: that is for doubles at once. */
+enum { FEW = 3 };
+
+static void find_few(const moit_tile *tile, const room *r) {
+    for (int p = 0; p < tile->pixels; ++p)
+        r->is_hard[p] = tile->offsets[p + 1] - tile->offsets[p] <= FEW;
 }
 
 /* How many hard pixels there are. alone_stay: a lone fragment of a pixel is seen as much as it
@@ -251,8 +276,10 @@ static int gather_hard(const moit_tile *tile, const room *r, int rule_size, bool
     hard->offsets[0] = 0;
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p], n = tile->offsets[p + 1] - first;
-        if (alone_stay && n == 1) r->by_z[first] = 0.0f;
-        else if (n && r->is_hard[p]) pixels = add_hard(tile, r, rule_size, p, pixels);
+        if (alone_stay && n == 1) {
+            r->by_a[first] = (float)r->by_b0[p];
+            r->by_z[first] = 0.0f;
+        } else if (r->is_hard[p]) pixels = add_hard(tile, r, rule_size, p, pixels);
     }
     int end = hard->offsets[pixels];
     for (int i = end; i < end + MOIT_PADDING; ++i) hard->z[i] = hard->a[i] = hard->by[i] = 0.0;
@@ -309,11 +336,15 @@ static void give(const moit_tile *tile, void *out, int width, const float *numbe
         for (int k = 0; k < width; ++k) to[tile->source[i] * width + k] = numbers[i * width + k];
 }
 
-bool moit_single_backwards(const moit_job *job, moit_tile *tile, const moit_single_asked *asked) {
+bool moit_single_backwards(const moit_job *job, const moit_tile *whole,
+                           const moit_single_asked *asked) {
     const moit_single_adjoints *adjoints = adjoints_of(job->run->isa);
     const moit_technique *technique = job->technique;
     room r;
+    moit_tile filled = *whole, *tile = &filled;
     lay_out((size_t)tile->given + MOIT_PADDING, (size_t)tile->pixels, tile->own, &r);
+    tile->pixels = leave_out_empty(whole, &r);
+    tile->offsets = r.offsets;
     r.by_depth = place_of(tile, asked->out->depth, 1, r.by_depth);
     r.by_alpha = place_of(tile, asked->out->alpha, 1, r.by_alpha);
     r.by_color = place_of(tile, asked->out->color, 3, r.by_color);
@@ -330,7 +361,8 @@ bool moit_single_backwards(const moit_job *job, moit_tile *tile, const moit_sing
                             .kept = r.kept,
                             .apart = r.apart};
     adjoints->rays.absorbance(&state, r.A);
-    (asked->background ? pull_picture : pull_fragments)(job, tile, asked, &r);
+    (asked->behind ? pull_picture : pull_fragments)(job, tile, asked, &r);
+    find_few(tile, &r);
     moit_ray_pull pull = {.by = r.by_A,
                           .a = tile->absorbance,
                           .by_b0 = r.by_b0,
@@ -339,7 +371,7 @@ bool moit_single_backwards(const moit_job *job, moit_tile *tile, const moit_sing
                           .by_z = r.by_z,
                           .is_hard = r.is_hard};
     if (!adjoints->rays.pull(&state, &pull)) return false;
-    pull_hard(job, tile, &r, asked->background && technique->normalize);
+    pull_hard(job, tile, &r, asked->behind && technique->normalize);
     moit_single_slopes slopes = {.n = tile->fragments,
                                  .most = job->max_alpha,
                                  .warp = &job->warp,
@@ -354,6 +386,9 @@ bool moit_single_backwards(const moit_job *job, moit_tile *tile, const moit_sing
     give(tile, asked->out->depth, 1, r.by_depth);
     give(tile, asked->out->alpha, 1, r.by_alpha);
     give(tile, asked->out->color, 3, r.by_color);
-    give_opaque(tile, asked);
+    if (!asked->behind) return true;
+    give_empty(whole, asked, &r);
+    give_opaque(whole, asked, &r);
+    moit_behind_give(asked->behind, whole, r.by_behind);
     return true;
 }

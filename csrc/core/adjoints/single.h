@@ -7,6 +7,26 @@
 
 #include "core/adjoints/moments.h"
 
+/* The state of each pixel: b0 and means of powers of z, in double. */
+typedef struct moit_single_state {
+    int count, pixels;
+    const int32_t *offsets;
+    const float *a, *z; /* padded */
+    double *b0, *b;     /* (pixels), (pixels, count) are filled */
+} moit_single_state;
+
+/* A picture's pixels, by sums over their fragments of T (emission color, alpha). */
+typedef struct moit_single_pixels {
+    int pixels;
+    const int32_t *pixel;     /* of the tile's: of which seeds and what is behind are */
+    bool scales;              /* to what is covered */
+    const float *seed;        /* (the tile's pixels, 4) */
+    const double *sums;       /* (pixels, 4) */
+    const double *shown;      /* (pixels, 4) colours behind, and how alpha moves with the total */
+    const double *b0, *total; /* (pixels) */
+    double *by_sums, *by_b0, *by_behind; /* are filled; (the tile's pixels, 3) */
+} moit_single_pixels;
+
 /* Of sums over the fragments of each pixel of T (alpha color, alpha). */
 typedef struct moit_single_sums {
     int pixels;
@@ -35,6 +55,8 @@ typedef struct moit_single_slopes {
 
 typedef struct moit_single_adjoints {
     moit_ray_adjoints rays;
+    void (*state)(const moit_single_state *of);
+    void (*pixels)(const moit_single_pixels *of);
     /* T of n numbers that are absorbed in front. */
     void (*weights)(int n, const float *A, float *T);
     void (*sums)(const moit_single_sums *of);
@@ -47,9 +69,8 @@ extern const moit_single_adjoints moit_single_adjoints_base, moit_single_adjoint
 
 /* What the way back is asked with: of a picture, or of the transmittance in front of fragments. */
 typedef struct moit_single_asked {
-    const double *background; /* of a picture; else NULL */
-    bool per_pixel;
-    const float *seed; /* (pixels, 4) of a picture; or of each fragment */
+    const moit_behind *behind; /* of a picture; else NULL */
+    const float *seed;         /* (pixels, 4) of a picture; or of each fragment */
     const moit_gradients *out;
 } moit_single_asked;
 
@@ -61,6 +82,7 @@ size_t moit_single_scratch(int fragments, int pixels);
 
 /* Answers a tile, in its own room, where there are so many bytes; false: some number was too large
  * for floats, and nothing has been answered. */
-bool moit_single_backwards(const moit_job *job, moit_tile *tile, const moit_single_asked *asked);
+bool moit_single_backwards(const moit_job *job, const moit_tile *whole,
+                           const moit_single_asked *asked);
 
 #endif

@@ -26,7 +26,7 @@ static double *doubles(char *memory, size_t *used, size_t count) {
     return start;
 }
 
-enum { MOST_ARRAYS = 32 };
+enum { MOST_ARRAYS = 32, MOST_NODES = 4 };
 
 /* Room for `n` padded fragments; how many bytes of `memory` that is. */
 static size_t lay_out(const moit_job *wide, size_t n, size_t pixels, char *memory, moit_twin *t,
@@ -63,6 +63,7 @@ static size_t lay_out(const moit_job *wide, size_t n, size_t pixels, char *memor
     t->by.apart = (int64_t)n;
     t->by.kept = doubles(memory, &used, keeps ? MOIT_KEPT * n : 0);
     if (!keeps) t->by.kept = NULL;
+    t->by.low = doubles(memory, &used, keeps ? (MOST_NODES + 1) * pixels : 0);
     t->sums = doubles(memory, &used, 4 * pixels);
     t->by_sums = doubles(memory, &used, 4 * pixels);
     return used;
@@ -158,6 +159,16 @@ void moit_twin_give(const moit_job *job, const moit_tile *tile, moit_twin *t,
     for (int i = 0; out->transmission && i < tile->fragments; ++i)
         for (int c = 0; c < 3; ++c) t->by.color[3 * i + c] = t->by_opacity[c][i];
     give(job, tile, out->transmission, 3, t->by.color);
+}
+
+void moit_behind_give(const moit_behind *behind, const moit_tile *tile, const double *by_pixel) {
+    double *sum = behind->by ? behind->by + 3 * (tile->first_pixel / behind->run) : NULL;
+    for (int p = 0; behind->by && p < tile->pixels; ++p)
+        for (int c = 0; c < 3; ++c) {
+            double by = (tile->opaque && tile->opaque[p] >= 0) ? 0.0 : by_pixel[3 * p + c];
+            if (behind->per_pixel) behind->by[3 * (tile->first_pixel + p) + c] = by;
+            else sum[c] += by;
+        }
 }
 
 /* ---- Techniques that prepare the image ------------------------------------------------------- */

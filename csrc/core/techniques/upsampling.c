@@ -49,8 +49,9 @@ moit_status moit_guides_find(const moit_job *job, const moit_squares *squares,
 static double own_guide(const moit_job *job, const moit_guides *guides, const moit_tile *tile,
                         int p) {
     if (!tile->opaque || tile->opaque[p] < 0) return guides->no_surface;
-    double depth = moit_number(job->fragments->precision, job->fragments->depth,
-                               tile->first_fragment + tile->opaque[p]);
+    /* a twin's fragments are where they were given */
+    double depth =
+        moit_number(job->given, job->fragments->depth, tile->first_fragment + tile->opaque[p]);
     return fmin(fmax(depth, LEAST_DEPTH), guides->no_surface);
 }
 
