@@ -12,7 +12,12 @@
 //                  of a set that begin at `at` of `blocks`
 
 #if PASS < OVER_TRIANGLES
-#include "arrays/let_through.glsl"
+// What all of a pixel's fragments let through.
+double product(uint p) {
+    precise double through = 1.0;
+    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) through *= 1.0 - double(alphas[i]);
+    return through;
+}
 #endif
 
 #if OF_BLOCKS == 1
@@ -143,6 +148,6 @@ void own_pass(uint p) {
 #endif
 
 #if PASS == BLOCK_TOTAL
-void own_pass(uint p) { set_total(p, let_through(p)); }
+void own_pass(uint p) { set_total(p, product(p)); }
 #endif
 #endif
