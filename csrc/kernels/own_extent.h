@@ -18,9 +18,17 @@ FN number words_from_end(real z) {
 
 // The words that hold an extent of depths in [-1, 1], each end rounded outwards. Both are what a
 // target keeps that holds the greatest of 65535 - nearest and of farthest.
-FN number word_at_most(real z) { return whole_below(words_from_end(z)); }
+FN number word_at_most(real z) {
+    real words = words_from_end(z);
+    real near = nearest_integer(words);
+    return near - select(near > words, K(1.0), K(0.0));
+}
 
-FN number word_at_least(real z) { return -whole_below(-words_from_end(z)); }
+FN number word_at_least(real z) {
+    real words = words_from_end(z);
+    real near = nearest_integer(words);
+    return near + select(near < words, K(1.0), K(0.0));
+}
 
 // The extent that two such words stand for, a word long at least: so depth has a place within.
 FN own_extent extent_of_words(real nearest, real farthest) {

@@ -101,8 +101,8 @@ void keep(uvec2 pixel, uvec2 size, float z, float alpha) {
     if (alpha > 0.0) {
 #ifdef OUTWARD_ENDS
         uint first = first_word(pixel, size);
-        max_words(first + uint(ANCHORS), 65535u - uint(word_at_most(z)));
-        max_words(first + uint(ANCHORS + 1), uint(word_at_least(z)));
+        max_words(first + uint(ANCHORS), 65535u - uint(whole_below(words_from_end(z))));
+        max_words(first + uint(ANCHORS + 1), uint(-whole_below(-words_from_end(z))));
 #else
         uint first = first_word(pixel, size), word = uint(word_of(z));
         max_words(first + uint(ANCHORS), 65535u - word);
