@@ -85,8 +85,8 @@ typedef struct moit_power_rows {
 } moit_power_rows;
 
 /* Of power moments of floats, all of a pixel's by themselves. all_fit: whether all numbers are
- * finite, no mass is negative and no mean and no z is larger than `most`: what is answered of others
- * is nothing. */
+ * finite, no mass is negative and no mean and no z is larger than `most`: what is answered of
+ * others is nothing. */
 moit_status moit_bound_of_rows(const moit_technique *technique, const moit_power_rows *rows,
                                bool *all_fit, const moit_run *run);
 

@@ -13,9 +13,9 @@ uniform number importance_decay; // gamma
 uniform number shrink;           // 1 - max_alpha
 
 // While a pixel's fragments come together its whole numbers lie where its first fragment's do:
-// keys, how near the nearest word is and the farthest, and what a technique has behind these. Sums of 32 bits
-// do not overflow while several threads find that a cell is not yet full; where targets hold two
-// cells in a number, adding is to compare and exchange.
+// keys, how near the nearest word is and the farthest, and what a technique has behind these. Sums
+// of 32 bits do not overflow while several threads find that a cell is not yet full; where targets
+// hold two cells in a number, adding is to compare and exchange.
 #define KEY_WORDS (ANCHORS * (LARGE_KEYS + 1))
 #define NEAREST_WORD KEY_WORDS
 #define FARTHEST_WORD (KEY_WORDS + 1)

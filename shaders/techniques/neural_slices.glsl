@@ -135,18 +135,6 @@ number in_front(uint p, surface s) {
     real x = seen.least + slice_share(0, seen.seen) * seen.room;
     return ABSORBS == 1 ? number(x) : exponential(-x);
 }
-#elif PASS == RESOLVE
-#define RESOLVES_DRAWN
-contribution resolved_drawn(uint p, vec4 held, vec4 second) {
-    set_total(p, double(second.x));
-    precise contribution c;
-    for (int k = 0; k < 3; ++k) c.color[k] = double(held[k]);
-    c.covers = double(held.a);
-    return c;
-}
 #endif
-#if PASS == DRAW_SHADES
-#define SHADES_SECOND
-number second_of(surface s) { return s.alpha; }
-#endif
+#include "arrays/multiplied_up.glsl"
 #include "arrays/questions.glsl"
