@@ -110,7 +110,8 @@ class ParallelBuild(build_ext):
         name, write_source = WRITTEN[ext.name]
         written = os.path.join(self.build_temp, name)
         write_source(written)
-        ext.sources = [*ext.sources, written]
+        # once, where one process builds twice, as `build` and then `bdist_wheel` may
+        ext.sources = [*(source for source in ext.sources if source != written), written]
         compile_one = self.compiler.compile
 
         def compile_all(sources, **options):

@@ -81,11 +81,14 @@ typedef struct moit_power_rows {
     int64_t rays;
     const void *rows, *z; /* (1 + count, rays), (rays) */
     void *bound, *slopes, *by_z;
+    double most; /* 1, and what rounding may add to the sizes of means and of z */
 } moit_power_rows;
 
-/* Of power moments of floats, all of a pixel's by themselves. */
+/* Of power moments of floats, all of a pixel's by themselves. all_fit: whether all numbers are
+ * finite, no mass is negative and no mean and no z is larger than `most`: what is answered of
+ * others is nothing. */
 moit_status moit_bound_of_rows(const moit_technique *technique, const moit_power_rows *rows,
-                               const moit_run *run);
+                               bool *all_fit, const moit_run *run);
 
 /* ---- Splats ---------------------------------------------------------------------------------- */
 

@@ -273,8 +273,9 @@ def bound_of_rows(
     rows: NDArray[Any],
     z: NDArray[Any],
     slopes: bool,
+    most: float,
     /,
-) -> tuple[NDArray[Any], NDArray[Any] | None, NDArray[Any] | None]: ...
+) -> tuple[NDArray[Any], NDArray[Any] | None, NDArray[Any] | None, bool]: ...
 def moments_bounds_pullback(
     technique: dict[str, Any],
     threads: int,

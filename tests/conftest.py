@@ -84,6 +84,9 @@ LONG = {
     "test_leaks.py": {"test_questions_of_the_surface_keep_no_memory"},  # as in test_gpu_errors.py
     "test_metrics.py": {"test_flip_agrees_with_flip_evaluator"},  # which computes for seconds
     "test_mutants.py": {"test_faults_are_found_or_survive_and_files_are_put_back"},  # runs pytest
+    "test_no_memory.py": {  # runs sixteen commands three times
+        "test_commands_that_cannot_allocate_leave_whole_files_and_say_so",
+    },
     "test_notebooks.py": {"test_a_notebook_runs_and_puts_out_what_is_committed_with_it"},  # Jupyter
     "test_per_pixel.py": {  # a choice for each pixel
         "test_a_gpu_composites_what_the_cpu_chose",

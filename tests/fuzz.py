@@ -2,8 +2,9 @@
 
 Fragments with every technique and question (hostile.py), images of twenty thousand pixels
 (hostile_pixels.py: 500 cases are 10 million), damaged files of every kind that is read
-(hostile_files.py), scenes and command lines (hostile_scenes.py) take turns, each in processes of
-their own, so that one that dies is noticed. A case is a number. First come those of
+(hostile_files.py), scenes and command lines (hostile_scenes.py), kits, deep verbs, derivatives and
+trainings (hostile_uses.py) take turns, each in processes of their own, so that one that dies is
+noticed. A case is a number. First come those of
 tests/fuzz_corpus.json, ranges of (first, count) that are always tried; then new ones, from where
 the last run ended (build/fuzz/state.json), so that hours add up. What is broken is printed, and
 kept in build/fuzz/broken.jsonl; `--target NAME --case NUMBER` tries one again.
@@ -62,12 +63,26 @@ def _pixels() -> Tried:
     return hostile_pixels.tried
 
 
+def _uses(name: str) -> Callable[[], Tried]:
+    def found() -> Tried:
+        import hostile_uses
+
+        tried: Tried = getattr(hostile_uses, name)
+        return tried
+
+    return found
+
+
 TARGETS = {
     "fragments": _fragments,
     "pixels": _pixels,
     "files": _files,
     "scenes": _scenes,
     "words": _words,
+    "kits": _uses("tried_kit"),
+    "deep": _uses("tried_deep"),
+    "gradients": _uses("tried_gradients"),
+    "trainings": _uses("tried_training"),
 }
 
 

@@ -526,3 +526,18 @@ def test_a_window_that_only_touches_the_image_is_refused(tmp_path, origin):
     moit.write_deep(tmp_path / "a.exr", moit.scenes.load("panes", (8, 6)))
     with pytest.raises(ValueError, match="found none of them in a window"):
         moit.deep.crop(tmp_path / "a.exr", tmp_path / "b.exr", shape=(4, 4), origin=origin)
+
+
+def test_a_channel_that_nothing_hides_takes_no_colour_and_is_told(tmp_path):
+    """Light may come in a channel that a fragment lets through."""
+    glass = {"alpha": [1.0, 0.5], "transmission": [[0, 0, 1], [0, 0, 0]]}
+    f = moit.Fragments([0, 1, 2], [1.0, 1.0], color=np.full((2, 3), 0.5), **glass)
+    moit.write_deep(tmp_path / "a.exr", f)
+    picture = moit.composite(f, "sorted").astype(np.float32)
+    moit.write_image(tmp_path / "flat.exr", picture)
+    paths = (tmp_path / name for name in ("a.exr", "flat.exr", "b.exr"))
+    with pytest.warns(UserWarning, match="1 pixels that are not black have no deep sample"):
+        moit.deep.recolor(*paths)
+    moit.deep.flatten(tmp_path / "b.exr", tmp_path / "c.exr")
+    found = moit.read_image(tmp_path / "c.exr")[..., :3]
+    np.testing.assert_allclose(found, picture[..., :3] * [[[1, 1, 0], [1, 1, 1]]], atol=1e-3)

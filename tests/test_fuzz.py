@@ -11,6 +11,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 import fuzz
 import hostile_scenes
+from readings.compilers import tool
 
 import moit
 
@@ -34,8 +35,13 @@ def test_cases_that_once_broke_something_break_nothing():
     assert found == []
 
 
-@pytest.mark.parametrize(("target", "count"), [("scenes", 60), ("words", 20)])
+FEW = {"scenes": 60, "words": 20, "kits": 8, "deep": 8, "gradients": 8, "trainings": 2}
+
+
+@pytest.mark.parametrize(("target", "count"), FEW.items())
 def test_a_few_cases_break_nothing(target, count):
+    if target == "kits":
+        tool("glslangValidator", "glslang-tools")
     tried = fuzz.TARGETS[target]()
     assert [what for number in range(count) for what in tried(number)] == []
 

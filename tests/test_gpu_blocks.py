@@ -9,8 +9,10 @@ from test_gpu_moment_transparency import agree, walled
 from variants import BLOCKS
 
 import moit
+from moit.fragments.squares import squares_of
+from moit.gpu.blocks import guides_of
 from moit.gpu.device import Device
-from moit.gpu.plan import plan_of, too_large
+from moit.gpu.plan import FETCHES, INTERLOCKS, _way, plan_of, too_large
 
 MORE = [
     moit.PowerMoments(8, resolution=100),
@@ -131,3 +133,24 @@ def test_a_buffer_that_a_device_does_not_hold_is_named():
     device = SimpleNamespace(storage_bytes=1000)
     assert too_large(device, {"image": 1000, "state": 10}) == ""
     assert too_large(device, {"state": 10, "image": 1001}) == "image takes 1001 bytes"
+
+
+def test_where_no_surface_is_shares_go_by_twice_the_farthest():
+    f = moit.Fragments([0, 1, 2, 3], [3.0, 5.0, 2.0], [1.0, 1.0, 0.5], shape=(1, 3))
+    squares = squares_of(f, 2)
+    pixels, blocks = guides_of(f, squares, f.alpha == 1)
+    np.testing.assert_array_equal(pixels, [3, 5, 10])
+    np.testing.assert_array_equal(blocks, [5, 10])
+    assert guides_of(f, squares, f.alpha > 1) is None
+
+
+@pytest.mark.parametrize("way", ["interlock", "fetch", "replay"])
+def test_the_first_way_that_a_device_has_is_gone(way):
+    extensions = {"interlock": [INTERLOCKS, FETCHES], "fetch": [FETCHES], "replay": []}[way]
+    device = SimpleNamespace(info={"extensions": extensions, "color_targets": 8}, renderer="R")
+    drawn = SimpleNamespace(ordered=True, formats=("rgba32f",) * 8)
+    assert _way(device, drawn, None) == way
+    assert _way(device, drawn, way) == way
+    if way == "replay":
+        with pytest.raises(moit.GpuError, match=r"R has no GL_EXT.*; use 'replay'"):
+            _way(device, drawn, "fetch")

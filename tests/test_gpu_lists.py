@@ -37,6 +37,7 @@ def scene_of(kind):
 def made_by(device, kind, technique, way="arrays"):
     options = {"camera": CAMERA, "background": BACKGROUND, "exact": True}
     options |= {"report": True, "target": "rgba32f"}
+    options |= {"ordered": "replay"} if way == "replay" else {}
     made = moit.render(scene_of(kind), technique, SIZE, device=device, **options)
     assert (made.device, made.way, bool(made.reason)) == ("gpu", way, way == "arrays")
     return made.image
@@ -104,7 +105,7 @@ def test_rows_have_the_range_of_the_whole_where_nothing_is_transparent(monkeypat
 
 
 def test_what_reads_all_rows_gets_them_by_parts():
-    device, technique = gpu.device(), "slices16(cells=128)"
+    device, technique = gpu.device(), "avboit(count=16)"
     expected = made_by(device, "triangles", technique, "replay")
     with pytest.MonkeyPatch.context() as small:
         small.setattr("moit.gpu.meshes.Drawing.most_fragments", 200)
@@ -147,7 +148,11 @@ def test_where_tables_do_not_fit_the_core_makes_the_picture(monkeypatch):
 
 @pytest.mark.parametrize(
     "technique",
-    ["neural-slices5(bits=6)", "neural-slices16(bits=16)", "anchors4", "anchors2(cells=3)"],
+    [
+        *("neural-slices5(bits=6)", "neural-slices16(bits=16)", "anchors4", "anchors2(cells=3)"),
+        *("slices5(cells=64,table='pixel')", "slices9(cells=64,resolution=3,total='full')"),
+        "slices16(cells=128,table='tile',tile=12,resolution=2,total='byte')",
+    ],
 )
 def test_atomics_need_no_lists(technique):
     """The same whole numbers as over lists: one more or less would show by 1e-4 at least."""

@@ -140,6 +140,15 @@ def test_the_layout_of_diffmoments():
     for double in (np.float32, np.float64):  # a block of rays and a part of one
         many = np.tile(moments, 200)[:, :301].astype(double)
         places = np.linspace(-1, 1, 301, dtype=double)
+        for k, i, wrong in ((0, 300, np.inf), (4, 299, np.nan), (3, 0, -np.inf)):
+            odd = many.copy()
+            odd[k, i] = wrong
+            with pytest.raises(ValueError, match=rf"moments\[{k}, {i}\]: found {wrong}"):
+                compute_moment_bounds(odd, places, 1e-5, 0.4)
+        odd = places.copy()
+        odd[300] = np.nan
+        with pytest.raises(ValueError, match=r"η\[300\]: found nan"):
+            compute_moment_bounds(many, odd, 1e-5, 0.4)
         bounds, context = compute_moment_bounds(
             many, places, 1e-5, 0.4, return_backward_context=True
         )

@@ -286,3 +286,18 @@ def test_a_volume_is_held_in_bands(monkeypatch):
     moit.render(fog, "power4", (8, 70), camera=CAMERA)
     assert max(bottom - top for top, bottom in marched[3:]) <= 16  # rows of tiles
     assert sum(bottom - top for top, bottom in marched[3:]) == 70
+
+
+def test_bands_add_up_in_what_a_picture_took(monkeypatch):
+    """Pixels that overflow are those of all bands, and memory is the greatest band's."""
+    grid = np.full((2, 2, 2, 4), 1e6)
+    grid[..., 3] = 0.7
+    fog = moit.Volume(grid, 1.0, origin=(-0.5, 0, -0.5), step=0.1)  # above the lowest bands
+    made = []
+    for most in (making.MOST_AT_ONCE, 1):
+        monkeypatch.setattr(making, "MOST_AT_ONCE", most)
+        with pytest.warns(RuntimeWarning, match="pixels keep sums beyond"):
+            made.append(moit.render(fog, "wboit(bits=16)", (8, 96), camera=CAMERA, report=True))
+    whole, banded = made
+    assert banded.overflows == whole.overflows > 200
+    assert 0.02 < banded.memory["fragments"] / whole.memory["fragments"] < 0.6

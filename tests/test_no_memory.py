@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 import test_full_disk
+import test_writers
 from forked import Server, preloaded
 
 LACK = Path(__file__).with_name("lack.c").read_text(encoding="ascii")
@@ -166,3 +167,52 @@ def test_who_cannot_allocate_keeps_the_old_file(server, tmp_path, writer):
     result = told(server, tmp_path, text)
     assert result["found"] == []
     assert result["failed"] > 0
+
+
+# All of test_writers in one process, each try in a child of its own. Single results are measured
+# anew where a run is not resumed.
+COMMANDS = """
+least[0] = 1 << 62
+of_module(1, "/_core.", 1)
+shared = any("/libpython" in line for line in MAPS)
+of_module(2, "/libpython" if shared else os.path.realpath(sys.executable), 4096)
+found, failed, clean = [], {}, sys.stderr
+for COMMAND, WORDS in ALL:
+    code, said = asked(lambda: run(COMMAND), -1)
+    if code:
+        found.append([COMMAND, code, said])
+    count, before, failed[COMMAND] = seen.value, written(), 0
+    out = COMMAND if "." in WORDS[-1] else COMMAND + "-again"  # what is kept is not asked again
+    for n in sorted({0, count // 3}):
+        child = os.fork()
+        if not child:
+            end = 1
+            try:
+                code, said = asked(lambda: run(out), n)
+                is_told = said.startswith("moit: ") and said.rstrip().isprintable()
+                end = 0 if code == 0 else 2 if code == 1 and is_told else 3
+            except BaseException as error:
+                print(repr(error), file=clean, flush=True)
+            os._exit(end)
+        end = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        now = written()
+        failed[COMMAND] += end == 2
+        whole = end in (0, 2) and broken(now) == []
+        if out == COMMAND and end == 2:
+            whole = whole and all(now.get(name) == content for name, content in before.items())
+        lost = sorted(name for name in set(before) - set(now) if "/results/" not in name)
+        if not whole or lost:
+            found.append([COMMAND, n, end, broken(now), lost])
+        found += [[COMMAND, n, "left behind", name] for folder, inner, files in os.walk(".")
+                  for name in [*inner, *files] if name.startswith(".moit-")]
+    made.update(name for _, inner, names in os.walk(".") for name in [*inner, *names])
+print(json.dumps({"found": found, "failed": failed}))
+"""
+
+
+def test_commands_that_cannot_allocate_leave_whole_files_and_say_so(server, tmp_path):
+    every = [(name, words.split()) for name, words in test_writers.COMMANDS.items()]
+    names = f"ALL = {every!r}\nCOMMAND, WORDS = ALL[0]\n"
+    result = told(server, tmp_path, names + TOOLS + test_writers.BEGINNING + COMMANDS)
+    assert result["found"] == []
+    assert min(result["failed"].values()) > 0, result["failed"]

@@ -11,6 +11,7 @@ from moit import _core
 from moit.gpu import texts as shaders
 from moit.gpu.bindings import REACH, READ_MAP
 from moit.shadows.shadow_map import shadow_technique
+from moit.shadows.views import FromAfar
 
 ADDING = ["power4", "power6", "power8", "power6-16", "trig2", "trig3", "fourier7", "fourier15"]
 OTHERS = [
@@ -468,3 +469,13 @@ def test_texels_without_an_opaque_caster_are_well_beyond_the_farthest():
     scene = [pane(2.0, 1.0, size=0.5), pane(-2.0, 1.0, size=2.0)]
     texels = moit.ShadowMap(scene, light=DOWN, resolution=64).opaque.texels
     assert texels.far - texels.near == pytest.approx(4 * 1.05, rel=1e-3)
+
+
+@pytest.mark.parametrize("direction", [DOWN, (0.3, 0.99, -0.1), (-0.3, -1.0, 0.2), (1.0, 0, 0)])
+def test_a_map_from_afar_has_room_for_its_filter_round_its_casters(direction):
+    scene = [pane(0.3, 0.5, slope=0.4), pane(-1.0, 1.0, size=0.7)]
+    view = FromAfar.of(np.array(direction), scene, 64, 5)
+    seen = view.places(np.concatenate([mesh.points for mesh in scene]))
+    np.testing.assert_allclose(seen[:, :2].min(axis=0), 5, atol=1e-4)
+    np.testing.assert_allclose(seen[:, :2].max(axis=0), 59, atol=1e-4)
+    np.testing.assert_allclose(view.axes @ view.axes.T, np.eye(3), atol=1e-12)

@@ -8,6 +8,7 @@ import pytest
 from test_shadows import ADDING, DOWN, pane
 
 import moit
+from moit.gpu import shadows as shadows_of_a_device
 from moit.gpu.shadows import Shadows
 from moit.shadows import cloud
 from moit.shadows.reaching import points_of_pixels, reached
@@ -117,7 +118,16 @@ def test_a_gpus_picture_has_the_same_shadows(name):
     # with the last but one, what lies before all casters would be in shadow if it were asked for
     [*ADDING, "power6(exclude_self=True)", "power4(overestimation=1.0)", "trig2(overestimation=1)"],
 )
-def test_techniques_own_passes_read_maps_as_the_core_does(name, light):
+def test_techniques_own_passes_read_maps_as_the_core_does(name, light, monkeypatch):
+    """In parts of at most so many points, of which the last is what is left."""
+    monkeypatch.setattr(shadows_of_a_device, "MOST_POINTS", 200)
+    parts, look_up = [], Shadows._look_up
+
+    def noted(self, *asked):
+        parts.append(asked[2:4])
+        look_up(self, *asked)
+
+    monkeypatch.setattr(Shadows, "_look_up", noted)
     device = gpu.device()
     shadows = small(name, light)
     lights = [((0, -1, 0), (1, 1, 1)), moit.Light((-0.3, -1.0, 0.2), shadows=shadows)]
@@ -136,6 +146,7 @@ def test_techniques_own_passes_read_maps_as_the_core_does(name, light):
         buffers = [device.buffer(a.nbytes, a) for a in (depth, alpha, rays)]
         found = np.empty((500, 2))
         asked.reached(500, *buffers).read(found)
+    assert parts[:3] == [(0, 200), (200, 200), (400, 100)]
     # both in double; where few casters make moments near degenerate, rounding of places shows
     np.testing.assert_allclose(found, expected, atol=1e-6)
     assert np.median(np.abs(found - expected)) < 1e-12

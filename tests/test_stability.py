@@ -1,6 +1,7 @@
 """The stability lab: what it finds on hard rays, its plots and its reports."""
 
 import csv
+import dataclasses
 import json
 
 import numpy as np
@@ -50,6 +51,14 @@ def test_nothing_is_nan_and_nothing_fails(everything):
         assert row["nan"] == 0 and row["note"] == "", row
         assert row["T_p99"] <= row["T_max"]
         assert row["own_max"] is None or row["own_p99"] <= row["own_max"]
+
+
+def test_what_no_row_has_is_no_column_of_what_is_printed():
+    found = stability("unsorted", families=["order", "distance"], precisions="float32", rays=2)
+    printed = str(found).splitlines()[0]
+    assert "jump" in printed and "note" not in printed
+    without = dataclasses.replace(found, rows=found.of_family("distance"))
+    assert "jump" not in str(without).splitlines()[0]
 
 
 def test_the_exact_technique_has_the_error_of_rounding(everything):

@@ -42,7 +42,7 @@ DRAWN = (
     *("power4", "power8", "power6-16", "power4-16(b0='float32')", "trig2", "trig3-16"),
     *("fourier7", "fourier15(bits=32)", "adaptive4", "adaptive2(quantized=False)", "mlab2"),
     *("neural", "neural(depth_range='image')", "neural-bounded6", "neural-slices4"),
-    "anchors2",
+    *("anchors2", "slices8(cells=64,resolution=2)"),
 )
 
 

@@ -1,6 +1,7 @@
 /* Two rays' curves against one another, exactly: along an interval in which both are constant,
  * exponential or straight, their difference has at most one extremum, which is known. */
 #include "core/deep_curves.h"
+#include "core/elementary.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -48,7 +49,7 @@ typedef struct {
 
 static double at(const form *f, double t) {
     if (f->straight) return f->c + f->q * t;
-    return f->q == 0.0 ? f->c : f->c + f->q * exp(-f->s * t);
+    return f->q == 0.0 ? f->c : f->c + f->q * moit_exp(-f->s * t);
 }
 
 /* Where the derivative of f - g is zero; NaN where nowhere. */
@@ -56,8 +57,8 @@ static double level(const form *f, const form *g) {
     if (f->straight && g->straight) return (double)NAN;
     if (g->straight) return level(g, f);
     if (f->straight) /* f->q + g->q g->s exp(-g->s t) = 0 */
-        return -log(-f->q / (g->q * g->s)) / g->s;
-    return log(f->q * f->s / (g->q * g->s)) / (f->s - g->s);
+        return -moit_log(-f->q / (g->q * g->s)) / g->s;
+    return moit_log(f->q * f->s / (g->q * g->s)) / (f->s - g->s);
 }
 
 static double greatest_difference(const form *f, const form *g, double length) {
@@ -105,8 +106,8 @@ static form form_of(const walker *w, int v, double depth) {
     if (!w->within || from[v] == to[v]) return (form){from[v], 0.0, 0.0, false};
     double length = c->far[w->b] - c->near[w->b], x = (depth - c->near[w->b]) / length;
     int k = v < c->alphas ? v : c->dimmed_by[v - c->alphas];
-    double first = from[k], fall = first - to[k], rate = log(first / to[k]) / length;
-    double here = first * exp(-rate * (depth - c->near[w->b]));
+    double first = from[k], fall = first - to[k], rate = moit_log(first / to[k]) / length;
+    double here = first * moit_exp(-rate * (depth - c->near[w->b]));
     if (v < c->alphas) return (form){0.0, here, rate, false};
     double rise = to[v] - from[v];
     if (!(fall > 1e-9 * first)) return (form){from[v] + rise * x, rise / length, 0.0, true};

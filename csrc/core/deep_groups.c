@@ -1,6 +1,7 @@
 /* A pixel of a deep image, cut where samples begin and end: who is in each piece, with none of them
  * mixed. `deep_volumes.c` mixes, and so forgets who was there. */
 #include "core/deep_groups.h"
+#include "core/elementary.h"
 
 #include <float.h>
 #include <math.h>
@@ -26,7 +27,7 @@ double moit_alpha_of(const moit_deep *samples, int64_t i, int k) {
 }
 
 double moit_part_of(double alpha, double share) {
-    return share == 1.0 || alpha == 1.0 ? alpha : -expm1(share * log1p(-alpha));
+    return share == 1.0 || alpha == 1.0 ? alpha : -moit_expm1(share * moit_log1p(-alpha));
 }
 
 double moit_light_of_part(double alpha, double share) {

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "core/deep_groups.h"
+#include "core/elementary.h"
 #include "core/offsets.h"
 #include "core/threads.h"
 
@@ -24,8 +25,10 @@ typedef struct {
 
 /* Of a group and an alpha: sums over members. */
 typedef struct {
+    bool is_alone;     /* there is one: what it hides is all seen */
     double absorbance; /* of those that are not opaque */
     double seen;       /* of each unit of absorbance */
+    double through;    /* what it lets through */
     int64_t opaque;    /* how many are */
     int64_t kept_opaque;
     double kept, held; /* the coverage of both kinds that the eye sees, relative to `through` */
@@ -37,27 +40,47 @@ static double part_alpha(const moit_deep *s, const moit_member *m, int k) {
 
 /* How much is seen of what a member hides: 1 of a surface that nothing coincides with. */
 static double visible(const mixture *mix, double alpha) {
+    if (mix->is_alone) return 1.0;
     if (mix->opaque) return alpha == 1.0 ? 1.0 / (double)mix->opaque : 0.0;
-    return alpha > 0.0 ? -log1p(-alpha) / alpha * mix->seen : mix->seen;
+    return alpha > 0.0 ? -moit_log1p(-alpha) / alpha * mix->seen : mix->seen;
 }
 
 static mixture mixture_of(const holdout_job *job, const moit_grouping *g, const moit_group *group,
                           int k) {
-    mixture mix = {0};
+    mixture mix = {.is_alone = group->end - group->begin == 1};
+    if (mix.is_alone) {
+        const moit_member *one = &g->members[group->begin];
+        double alpha = part_alpha(job->samples, one, k);
+        bool is_held = job->holds[one->sample];
+        mix.opaque = alpha == 1.0;
+        mix.kept_opaque = mix.opaque && !is_held;
+        mix.through = 1.0 - alpha;
+        *(is_held ? &mix.held : &mix.kept) = alpha;
+        return mix;
+    }
+    double held = 0.0;
     for (int64_t m = group->begin; m < group->end; ++m) {
         double alpha = part_alpha(job->samples, &g->members[m], k);
+        bool is_held = job->holds[g->members[m].sample];
         if (alpha == 1.0) {
             ++mix.opaque;
-            mix.kept_opaque += !job->holds[g->members[m].sample];
-        } else mix.absorbance -= log1p(-alpha);
+            mix.kept_opaque += !is_held;
+        } else {
+            double absorbance = -moit_log1p(-alpha);
+            mix.absorbance += absorbance;
+            if (is_held) held += absorbance;
+            else mix.kept += absorbance;
+        }
     }
-    mix.seen = mix.absorbance > 0.0 ? -expm1(-mix.absorbance) / mix.absorbance : 1.0;
-    for (int64_t m = group->begin; m < group->end; ++m) {
-        double alpha = part_alpha(job->samples, &g->members[m], k);
-        double covers = group->end - group->begin == 1 ? alpha : alpha * visible(&mix, alpha);
-        if (job->holds[g->members[m].sample]) mix.held += covers;
-        else mix.kept += covers;
+    if (mix.opaque) {
+        mix.kept = (double)mix.kept_opaque / (double)mix.opaque;
+        mix.held = (double)(mix.opaque - mix.kept_opaque) / (double)mix.opaque;
+        return mix;
     }
+    mix.through = moit_exp(-mix.absorbance);
+    mix.seen = mix.absorbance > 0.0 ? -moit_expm1(-mix.absorbance) / mix.absorbance : 1.0;
+    mix.kept *= mix.seen;
+    mix.held = held * mix.seen;
     return mix;
 }
 
@@ -72,8 +95,9 @@ static seen_part seen_of(const holdout_job *job, const moit_member *m, int k, co
                          const eye *from) {
     double alpha = moit_alpha_of(job->samples, m->sample, k), part = part_alpha(job->samples, m, k);
     double lets = from->through + from->hidden;
-    double light = moit_light_of_part(alpha, m->share) * visible(mix, part);
+    double is_seen = visible(mix, part), light = moit_light_of_part(alpha, m->share) * is_seen;
     if (from->through == 0.0 || lets == 0.0) return (seen_part){0.0, 0.0};
+    if (mix->is_alone && from->hidden == 0.0) return (seen_part){part, light};
     light *= from->through / lets;
     double all = mix->kept * from->through / lets;
     bool opaque = mix->opaque > 0 && from->hidden == 0.0 && mix->kept_opaque == mix->opaque;
@@ -81,8 +105,8 @@ static seen_part seen_of(const holdout_job *job, const moit_member *m, int k, co
         return part == 1.0 ? (seen_part){1.0, light * (double)mix->opaque} : (seen_part){0.0, 0.0};
     if (all <= 0.0) return (seen_part){0.0, light};
     if (all > 1.0 - 0x1p-53) all = 1.0 - 0x1p-53; /* only rounding makes it opaque */
-    double absorbance = -log1p(-all), own = part * visible(mix, part) / mix->kept * absorbance;
-    double covers = -expm1(-own);
+    double absorbance = -moit_log1p(-all), own = part * is_seen / mix->kept * absorbance;
+    double covers = -moit_expm1(-own);
     return (seen_part){covers, light * (absorbance / all) * (own > 0.0 ? covers / own : 1.0)};
 }
 
@@ -141,7 +165,7 @@ static int64_t hold_out_pixel(const holdout_job *job, moit_grouping *g, int64_t 
         }
         for (int k = 0; k < s->alphas; ++k) {
             eyes[k].hidden += eyes[k].through * mixes[k].held;
-            eyes[k].through *= mixes[k].opaque ? 0.0 : exp(-mixes[k].absorbance);
+            eyes[k].through *= mixes[k].through;
         }
     }
     return pieces;

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "core/deep_plan.h"
+#include "core/elementary.h"
 #include "core/threads.h"
 
 enum { BLOCK = 256 }; /* pixels that a thread takes at once */
@@ -83,9 +84,9 @@ static mixture mixture_of(const workshop *w, const moit_group *group, int k) {
         const moit_member *one = &w->groups.members[m];
         double part = moit_part_of(moit_alpha_of(w->job->samples, one->sample, k), one->share);
         if (part == 1.0) ++mix.opaque;
-        else mix.absorbance -= log1p(-part);
+        else mix.absorbance -= moit_log1p(-part);
     }
-    if (mix.absorbance > 0.0) mix.seen = -expm1(-mix.absorbance) / mix.absorbance;
+    if (mix.absorbance > 0.0) mix.seen = -moit_expm1(-mix.absorbance) / mix.absorbance;
     return mix;
 }
 
@@ -102,7 +103,7 @@ static double light_of(const workshop *w, const moit_group *group, int l, const 
                        * moit_light_of_part(alpha, one->share);
         if (group->end - group->begin == 1) sum += light;
         else if (mixes[k].opaque) sum += part == 1.0 ? light / (double)mixes[k].opaque : 0.0;
-        else sum += light * (part > 0.0 ? -log1p(-part) / part : 1.0) * mixes[k].seen;
+        else sum += light * (part > 0.0 ? -moit_log1p(-part) / part : 1.0) * mixes[k].seen;
     }
     return sum;
 }
@@ -116,7 +117,7 @@ static bool add_group(workshop *w, int64_t b) {
     int opaque = 0;
     for (int k = 0; k < alphas; ++k) {
         mixes[k] = mixture_of(w, group, k);
-        alpha[k] = mixes[k].opaque ? 1.0 : -expm1(-mixes[k].absorbance);
+        alpha[k] = mixes[k].opaque ? 1.0 : -moit_expm1(-mixes[k].absorbance);
         opaque += mixes[k].opaque > 0;
     }
     if (opaque && far > group->near) { /* seen where it begins, if that is so of all of it */

@@ -23,6 +23,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/elementary.h"
 #include "core/offsets.h"
 #include "core/panels.h"
 #include "core/parts.h"
@@ -174,7 +175,9 @@ static void put_light(const sweep *w, double *to, const void *light, int64_t i, 
     for (int c = 0; c < 3; ++c) {
         double own = opacity_of(w, i, c + 1);
         double p = number(w, light, 3 * i + c) / w->unit * scale;
-        to[2 * c] = own == 1.0 ? 0.0 : own > 0.0 ? p * (-log1p(-own) / own) / length : p / length;
+        to[2 * c] = own == 1.0  ? 0.0
+                    : own > 0.0 ? p * (-moit_log1p(-own) / own) / length
+                                : p / length;
         to[2 * c + 1] = own == 1.0 ? p : 0.0;
     }
 }
@@ -184,7 +187,7 @@ static void summand_of(const sweep *w, int64_t i, double length, double *to) {
     if (length < 0x1p-900) length = 0x1p-900; /* quotients stay finite */
     for (int k = 0; k < (w->f->transmission ? 4 : 1); ++k) {
         double own = opacity_of(w, i, k);
-        to[sums->opacity[k]] = own == 1.0 ? 0.0 : -log1p(-own) / length;
+        to[sums->opacity[k]] = own == 1.0 ? 0.0 : -moit_log1p(-own) / length;
         to[sums->opacity[k] + 1] = own == 1.0;
     }
     if (sums->color >= 0)
@@ -200,7 +203,7 @@ typedef struct {
 
 static opacity opacity_in(const sweep *w, const double *sum, int k, double length) {
     double u = sum[w->sums.opacity[k]] * length, opaque = sum[w->sums.opacity[k] + 1];
-    double alpha = opaque > 0.0 ? 1.0 : -expm1(-u);
+    double alpha = opaque > 0.0 ? 1.0 : -moit_expm1(-u);
     return (opacity){alpha, opaque, u > 0.0 ? alpha / u : 1.0};
 }
 

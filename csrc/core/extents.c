@@ -1,4 +1,5 @@
 #include "core/extents.h"
+#include "core/elementary.h"
 #include "core/parts.h"
 #include "core/tile.h"
 
@@ -13,7 +14,7 @@ static const double root_half = 0.70710678118654752, normal_density = 0.39894228
 /* Of the standard normal distribution, between a and b that are close. */
 static double normal_near(double a, double b) {
     double middle = 0.5 * (a + b), square = (b - a) * (b - a);
-    return (b - a) * normal_density * exp(-0.5 * middle * middle)
+    return (b - a) * normal_density * moit_exp(-0.5 * middle * middle)
            * (1.0 + square * (middle * middle - 1.0) / 24.0);
 }
 
@@ -22,9 +23,9 @@ static bool are_close(double a, double b) { return b - a < 1e-3; }
 /* Between any two: nothing cancels in the distribution's tails, nor where the two are close. */
 static double normal_between(double a, double b) {
     if (are_close(a, b)) return normal_near(a, b);
-    if (a > 0.0) return 0.5 * (erfc(a * root_half) - erfc(b * root_half));
-    if (b < 0.0) return 0.5 * (erfc(-b * root_half) - erfc(-a * root_half));
-    return 0.5 * (erf(b * root_half) - erf(a * root_half));
+    if (a > 0.0) return 0.5 * (moit_erfc(a * root_half) - moit_erfc(b * root_half));
+    if (b < 0.0) return 0.5 * (moit_erfc(-b * root_half) - moit_erfc(-a * root_half));
+    return 0.5 * (moit_erf(b * root_half) - moit_erf(a * root_half));
 }
 
 /* Differences of any two depths are finite so. */
@@ -64,8 +65,8 @@ double moit_share_passed(const moit_extent *e, double near, double far, moit_tai
         return moit_share_between(e, near, far);
     }
     bool is_known = last->known && last->depth == near;
-    double before = is_known ? last->tail : erfc(fabs(a) * root_half);
-    double behind = erfc(fabs(b) * root_half);
+    double before = is_known ? last->tail : moit_erfc(fabs(a) * root_half);
+    double behind = moit_erfc(fabs(b) * root_half);
     *last = (moit_tail){true, far, behind};
     double twice = a >= 0.0   ? before - behind
                    : b <= 0.0 ? behind - before
@@ -73,9 +74,23 @@ double moit_share_passed(const moit_extent *e, double near, double far, moit_tai
     return fmin(1.0, fmax(0.0, 0.5 * twice / e->mass));
 }
 
-double moit_share_at(const moit_extent *e, double depth, double near, double far) {
+void moit_shares_at(const moit_extent *e, int points, const double *depth, double near, double far,
+                    double *share) {
     double length = 0.25 * far - 0.25 * near;
-    if (!e->is_gaussian) return length / (0.25 * e->back - 0.25 * e->front);
-    double x = deviations_to(e, depth);
-    return normal_density * exp(-0.5 * x * x) * (length / (0.25 * e->deviation)) / e->mass;
+    double even = e->is_gaussian ? 0.0 : length / (0.25 * e->back - 0.25 * e->front);
+    for (int j = 0; j < points; ++j) share[j] = even;
+    if (!e->is_gaussian) return;
+    for (int j = 0; j < points; ++j) {
+        double x = deviations_to(e, depth[j]);
+        share[j] = -0.5 * x * x;
+    }
+    moit_exps(points, share, share);
+    for (int j = 0; j < points; ++j)
+        share[j] = normal_density * share[j] * (length / (0.25 * e->deviation)) / e->mass;
+}
+
+double moit_share_at(const moit_extent *e, double depth, double near, double far) {
+    double share;
+    moit_shares_at(e, 1, &depth, near, far, &share);
+    return share;
 }

@@ -31,5 +31,8 @@ double moit_share_passed(const moit_extent *extent, double near, double far, moi
 
 /* The same if it were as dense everywhere between them as it is at `depth`. */
 double moit_share_at(const moit_extent *extent, double depth, double near, double far);
+/* At each of some depths. */
+void moit_shares_at(const moit_extent *extent, int points, const double *depth, double near,
+                    double far, double *share);
 
 #endif

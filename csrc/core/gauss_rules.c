@@ -3,6 +3,7 @@
  * eigenvalues of that recurrence's matrix, and its weights the squares of what the eigenvectors
  * begin with. */
 #include "core/gauss_rules.h"
+#include "core/elementary.h"
 
 #include <assert.h>
 #include <float.h>
@@ -10,7 +11,7 @@
 
 void moit_legendre_rule(int count, double *point, double *weight) {
     for (int k = 0; k < (count + 1) / 2; ++k) {
-        double x = cos(3.14159265358979324 * (k + 0.75) / (count + 0.5)), slope = 1.0;
+        double x = moit_cos(3.14159265358979324 * (k + 0.75) / (count + 0.5)), slope = 1.0;
         for (int step = 0; step < 4; ++step) {
             double before = 0.0, here = 1.0;
             for (int n = 0; n < count; ++n) {
@@ -54,6 +55,13 @@ static int recurrence_of(int points, const double *at, const double *mass, int c
     }
 }
 
+/* The root of a^2 + b^2, where these may leave what doubles hold. */
+static double length_of(double a, double b) {
+    double most = fmax(fabs(a), fabs(b)), least = fmin(fabs(a), fabs(b));
+    if (most == 0.0) return 0.0;
+    return most * sqrt(1.0 + (least / most) * (least / most));
+}
+
 /* The eigenvalues of the symmetric matrix with `middle` on its diagonal and root[1..] beside it,
  * in `middle`, and in `first` what their vectors begin with: QL with implicit shifts. */
 static void diagonalise(int count, double *middle, double *root, double *first) {
@@ -67,13 +75,13 @@ static void diagonalise(int count, double *middle, double *root, double *first) 
                    && fabs(root[m]) > DBL_EPSILON * (fabs(middle[m]) + fabs(middle[m + 1])))
                 ++m;
             if (m == l) break;
-            double g = (middle[l + 1] - middle[l]) / (2.0 * root[l]), r = hypot(g, 1.0);
+            double g = (middle[l + 1] - middle[l]) / (2.0 * root[l]), r = length_of(g, 1.0);
             double s = 1.0, c = 1.0, p = 0.0;
             g = middle[m] - middle[l] + root[l] / (g + copysign(r, g));
             int i = m - 1;
             for (; i >= l; --i) {
                 double f = s * root[i], b = c * root[i];
-                root[i + 1] = r = hypot(f, g);
+                root[i + 1] = r = length_of(f, g);
                 if (r == 0.0) {
                     middle[i + 1] -= p;
                     root[m] = 0.0;

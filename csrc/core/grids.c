@@ -1,4 +1,5 @@
 /* Volumes on regular grids, marched along rays cell by cell. */
+#include "core/elementary.h"
 #include "core/offsets.h"
 #include "core/threads.h"
 #include "moit_geometry.h"
@@ -136,7 +137,7 @@ typedef struct {
 } slab;
 
 static bool finish(found *row, const slab *s) {
-    double alpha = -expm1(-s->absorbance);
+    double alpha = -moit_expm1(-s->absorbance);
     if (!((float)alpha > 0.0f)) return true;
     if (row->count == row->room) {
         int64_t room = 2 * row->room + 64;
@@ -183,9 +184,12 @@ static void add(const marching *m, const ray *r, double from, double to, int hal
     /* what is in front within the piece: to the middle, of the parabola through all three */
     double half =
         length / 24.0 * (5.0 * here[0].absorbance + 8.0 * here[1].absorbance - here[2].absorbance);
-    const double before[3] = {0.0, fmin(fmax(half, 0.0), absorbance), absorbance};
-    double share[3], all = 0.0, seen = exp(-s->absorbance) * -expm1(-absorbance);
-    for (int i = 0; i < 3; ++i) all += share[i] = weight[i] * here[i].absorbance * exp(-before[i]);
+    const double away[4] = {-fmin(fmax(half, 0.0), absorbance), -absorbance, -s->absorbance, 0.0};
+    double share[3], all = 0.0, through[4];
+    moit_exps(4, away, through);
+    double seen = through[2] * -moit_expm1(-absorbance);
+    for (int i = 0; i < 3; ++i)
+        all += share[i] = weight[i] * here[i].absorbance * (i ? through[i - 1] : 1.0);
     if (s->absorbance == 0.0) s->front = from;
     s->back = to;
     s->absorbance += absorbance;

@@ -4,6 +4,7 @@
  * of three, gives the integral, and the collocation that belongs to it u; what is hidden is known
  * exactly, and light is scaled to that: one fragment alone has its colour to the last digit. */
 #include "core/panels.h"
+#include "core/elementary.h"
 #include "core/parts.h"
 #include "core/tile.h"
 
@@ -65,7 +66,7 @@ void moit_panels_begin(moit_panels *panels, int64_t fragment, const moit_extent 
         one->opaque[k] = own == 1.0;
         one->hides[k] = own == 1.0                      ? 0.0
                         : k && !panels->f->transmission ? one->hides[0]
-                                                        : -log1p(-own);
+                                                        : -moit_log1p(-own);
     }
     for (int c = 0; c < 3; ++c) take_light(panels, one, c);
 }
@@ -142,7 +143,7 @@ static void add_light(channel *to, const moit_filling *one, int c, int kind, con
         for (int j = 0; j < points; ++j) to->light[kind][j] += light * density[j];
 }
 
-static double alpha_of(const channel *c) { return c->opaque > 0.0 ? 1.0 : -expm1(-c->hides); }
+static double alpha_of(const channel *c) { return c->opaque > 0.0 ? 1.0 : -moit_expm1(-c->hides); }
 
 /* What reaches a rule's points, by their weight, and how much more is hidden than they say. */
 static double reaching(const channel *c, const rule *r, double *through) {
@@ -150,7 +151,11 @@ static double reaching(const channel *c, const rule *r, double *through) {
     for (int j = 0; j < r->points; ++j) {
         double u = 0.0;
         for (int k = 0; k < r->points; ++k) u += r->integral_to[j][k] * c->density[k];
-        through[j] = r->weight[j] * exp(-fmax(u, 0.0));
+        through[j] = -fmax(u, 0.0);
+    }
+    moit_exps(r->points, through, through);
+    for (int j = 0; j < r->points; ++j) {
+        through[j] *= r->weight[j];
         hidden += through[j] * c->density[j];
     }
     return hidden > 0.0 ? alpha_of(c) / hidden : 1.0;
@@ -187,7 +192,7 @@ moit_mixture moit_mix_panel(moit_panels *panels, double near, double far) {
         moit_filling *one = &panels->filling[n];
         const moit_extent *e = &one->extent;
         double share = moit_share_passed(e, fmax(near, e->front), fmin(far, e->back), &one->passed);
-        for (int j = 0; j < r->points; ++j) density[j] = moit_share_at(e, at[j], near, far);
+        moit_shares_at(e, r->points, at, near, far, density);
         add(&all, one, 0, share, density, r->points);
         for (int c = 0; c < 3; ++c) {
             if (f->transmission) add(&each[c], one, c + 1, share, density, r->points);

@@ -1,4 +1,5 @@
 #include "core/parts.h"
+#include "core/elementary.h"
 #include "core/tile.h"
 
 #include <float.h>
@@ -40,12 +41,12 @@ void moit_copy_fragment(const moit_fragments *f, int64_t i, const moit_pieces *o
 
 /* What a share of a medium hides. */
 static double part_of(double alpha, double share) {
-    return alpha == 1.0 ? 1.0 : -expm1(share * log1p(-alpha));
+    return alpha == 1.0 ? 1.0 : -moit_expm1(share * moit_log1p(-alpha));
 }
 
-/* How much of its light, that with its own alpha 0 too. */
-static double light_of_part(double alpha, double share) {
-    return alpha > 0.0 ? part_of(alpha, share) / alpha : share;
+/* How much of its light a part has that hides so much, that of an alpha of 0 too. */
+static double light_of_part(double alpha, double part, double share) {
+    return alpha > 0.0 ? part / alpha : share;
 }
 
 void moit_put_part(const moit_fragments *f, int64_t i, double share, const moit_pieces *out,
@@ -54,14 +55,15 @@ void moit_put_part(const moit_fragments *f, int64_t i, double share, const moit_
     double alpha = moit_number(precision, f->alpha, i), part = part_of(alpha, share);
     moit_copy_fragment(f, i, out, at);
     moit_put_number(precision, out->alpha, at, part);
-    for (int c = 0; c < 3; ++c) {
-        double own = moit_opacity_of(f, i, c + 1), light = light_of_part(own, share);
+    for (int c = 0; c < 3 && (out->emission || f->transmission); ++c) {
+        double own = moit_opacity_of(f, i, c + 1);
+        double own_part = f->transmission ? part_of(own, share) : part;
+        double light = light_of_part(own, own_part, share);
         if (out->emission)
             moit_put_number(precision, out->emission, 3 * at + c,
                             moit_number(precision, f->emission, 3 * i + c) * light);
         if (!f->transmission || part == 0.0) continue;
-        moit_put_number(precision, out->transmission, 3 * at + c,
-                        fmax(0.0, 1.0 - part_of(own, share) / part));
+        moit_put_number(precision, out->transmission, 3 * at + c, fmax(0.0, 1.0 - own_part / part));
         if (out->color)
             moit_put_number(precision, out->color, 3 * at + c,
                             moit_number(precision, f->color, 3 * i + c) * (alpha * light / part));

@@ -5,6 +5,7 @@
  * Bavoil, "Fourier Opacity Mapping", 2010. Whoever looks up divides again. Opaque casters are a
  * distribution of depth, whose share in front of a point is its shadow: Peters and Klein, "Moment
  * Shadow Mapping", 2015. */
+#include "core/elementary.h"
 #include "core/techniques/moments.h"
 #include "core/techniques/table.h"
 #include "core/threads.h"
@@ -232,7 +233,7 @@ static moit_status look_up_block(void *context, int64_t item, int thread) {
     for (int i = 0; i < n; ++i) {
         double depth = place[3 * i + 2], T = w->T[i];
         if (!l->opaque && depth > l->far) T = w->total[i];
-        if (l->opaque) T = fmin(fmax(1.0 + log(T), 0.0), 1.0);
+        if (l->opaque) T = fmin(fmax(1.0 + moit_log(T), 0.0), 1.0);
         if (outside(l->texels, place + 3 * i) || depth <= l->near) T = 1.0;
         l->out[first + i] = T;
     }

@@ -1,4 +1,5 @@
 /* Splats on the screen: ellipses by the projection's derivative, or what rays meet. */
+#include "core/elementary.h"
 #include "core/splats.h"
 #include "core/threads.h"
 
@@ -174,7 +175,7 @@ static bool project_flat(const moit_splat_raster *r, const double at[3], const d
     /* Where it may have 1/255: with some more for what rounding takes off a square whose parts are
      * as great as they get in its tiles. */
     double away = radius + 2 * TILE, parts = 1.5 * (a + c) / determinant * away * away,
-           reach = 2.0 * log(255.0 * (double)out->opacity) + 0.01 + 1e-6 * parts;
+           reach = 2.0 * moit_log(255.0 * (double)out->opacity) + 0.01 + 1e-6 * parts;
     pixels_between(out->x - sqrt(reach * a), out->x + sqrt(reach * a), out->across);
     pixels_between(out->y - sqrt(reach * c), out->y + sqrt(reach * c), out->down);
     return true;
@@ -235,7 +236,7 @@ static bool project_along_rays(const moit_splat_raster *r, const double at[3],
     out->along[0] = 1.0f;
     out->along[4] = (float)(2.0 * dot(step[0], step[1]) * scaled);
     out->depth[0] = (float)z;
-    double reach = 2.0 * log(255.0 * (double)out->opacity), low, high;
+    double reach = 2.0 * moit_log(255.0 * (double)out->opacity), low, high;
     if (!(reach > 0.0)) return false;
     double variance[3] = {0.0}, mixed[2] = {0.0};
     for (int k = 0; k < 3; ++k)

@@ -5,6 +5,7 @@
  * would keep of the thick fragment. Each point takes its share of the absorbance, so that together
  * they hide what the fragment hides, and emits that share of the light where it is. Nothing
  * cancels, however thin a fragment is: the rule is made within its own extent. */
+#include "core/elementary.h"
 #include "core/extents.h"
 #include "core/gauss_rules.h"
 #include "core/offsets.h"
@@ -32,12 +33,13 @@ typedef struct {
 
 static course course_of(const moit_extent *e, moit_warp warp) {
     if (warp == MOIT_WARP_LOG && e->front > 0.0)
-        return (course){true, sqrt(e->front) * sqrt(e->back), 0.5 * (log(e->back) - log(e->front))};
+        return (course){true, sqrt(e->front) * sqrt(e->back),
+                        0.5 * (moit_log(e->back) - moit_log(e->front))};
     return (course){false, 0.5 * e->front + 0.5 * e->back, 0.5 * e->back - 0.5 * e->front};
 }
 
 static double depth_at(const course *c, double x) {
-    return c->is_log ? c->middle * exp(c->half * x) : c->middle + c->half * x;
+    return c->is_log ? c->middle * moit_exp(c->half * x) : c->middle + c->half * x;
 }
 
 /* How many points the integrals of exp(i frequency z) take, z from 0 to 1 over the whole range, to
@@ -54,7 +56,7 @@ static int points_for(double phase) {
 
 /* What the warp's whole range is in units of a course's half. */
 static double range_of(const course *c, double near, double far) {
-    if (c->is_log) return near > 0.0 ? log(far) - log(near) : HUGE_VAL;
+    if (c->is_log) return near > 0.0 ? moit_log(far) - moit_log(near) : HUGE_VAL;
     return far - near;
 }
 
@@ -86,7 +88,7 @@ static void give_in_cells(const thin_job *job, int64_t i, const moit_extent *e, 
     bool is_warped = job->how->warp != MOIT_WARP_NONE; /* else depth is [0, 1] already */
     moit_cells cells = {job->how->warp, is_warped ? near : 0.0, is_warped ? far : 1.0,
                         job->how->cells};
-    double absorbed = -log1p(-moit_opacity_of(job->f, i, 0));
+    double absorbed = -moit_log1p(-moit_opacity_of(job->f, i, 0));
     moit_points_of_cells(e, &cells, absorbed / job->how->step, give, context);
 }
 
@@ -106,7 +108,8 @@ static int count_of(const thin_job *job, int64_t i, const moit_extent *e, double
 static int rule_of(const thin_job *job, const moit_extent *e, int count, double *depth,
                    double *share) {
     course c = course_of(e, job->how->warp);
-    double at[MOIT_MOST_MEASURE_POINTS], mass[MOIT_MOST_MEASURE_POINTS];
+    double at[MOIT_MOST_MEASURE_POINTS], mass[MOIT_MOST_MEASURE_POINTS],
+        here[MOIT_MOST_MEASURE_POINTS];
     /* as many that half a deviation is told from the next */
     double needed = c.is_log ? 4.0 * c.half : 0.0;
     if (e->is_gaussian)
@@ -118,9 +121,16 @@ static int rule_of(const thin_job *job, const moit_extent *e, int count, double 
     int points = table_points[table];
     for (int j = 0; j < points; ++j) {
         at[j] = job->tables->at[table][j];
-        double here = depth_at(&c, at[j]);
-        mass[j] = job->tables->weight[table][j] * moit_share_at(e, here, e->front, e->back);
-        if (c.is_log) mass[j] *= here / c.middle;
+        here[j] = c.is_log ? c.half * at[j] : c.middle + c.half * at[j];
+    }
+    if (c.is_log) {
+        moit_exps(points, here, mass);
+        for (int j = 0; j < points; ++j) here[j] = c.middle * mass[j];
+    }
+    moit_shares_at(e, points, here, e->front, e->back, mass);
+    for (int j = 0; j < points; ++j) {
+        mass[j] = job->tables->weight[table][j] * mass[j];
+        if (c.is_log) mass[j] *= here[j] / c.middle;
     }
     count = moit_gauss_rule(points, at, mass, count, depth, share);
     for (int k = 0; k < count; ++k)

@@ -6,6 +6,7 @@
  * dropped or made a whole one, so parts are added up until they are a step. Masses and means are
  * sums of what is not negative, and nothing cancels. */
 #include "core/thin_cells.h"
+#include "core/elementary.h"
 
 #include <math.h>
 
@@ -43,18 +44,18 @@ typedef struct {
 static course course_of(const moit_extent *e, const moit_cells *cells) {
     course c = {.e = e,
                 .is_log = cells->warp == MOIT_WARP_LOG && cells->near > 0.0 && e->front > 0.0};
-    double far = c.is_log ? log(cells->far) : cells->far;
-    c.near = c.is_log ? log(cells->near) : cells->near;
+    double far = c.is_log ? moit_log(cells->far) : cells->far;
+    c.near = c.is_log ? moit_log(cells->near) : cells->near;
     c.width = far / cells->cells - c.near / cells->cells;
-    c.front = c.is_log ? log(e->front) : e->front;
-    c.back = c.is_log ? log(e->back) : e->back;
+    c.front = c.is_log ? moit_log(e->front) : e->front;
+    c.back = c.is_log ? moit_log(e->back) : e->back;
     double deviation = e->is_gaussian ? 0.5 * e->deviation : HUGE_VAL;
     c.smooth = c.is_log ? fmin(0.5, deviation / e->back) : deviation;
-    c.growth = c.is_log ? exp(c.smooth) : 1.0;
+    c.growth = c.is_log ? moit_exp(c.smooth) : 1.0;
     return c;
 }
 
-static double depth_at(const course *c, double s) { return c->is_log ? exp(s) : s; }
+static double depth_at(const course *c, double s) { return c->is_log ? moit_exp(s) : s; }
 
 /* Which cell s is in; the first and the last have what lies beyond. */
 static int cell_of(const course *c, double s, int cells) {
@@ -77,7 +78,7 @@ static void take_half(course *c, const rule *r, double half) {
     if (half == c->half) return;
     c->half = half;
     for (int j = 0; j < r->points; ++j)
-        c->grown[j] = c->is_log ? exp(half * (1.0 + r->node[j])) : 1.0;
+        c->grown[j] = c->is_log ? moit_exp(half * (1.0 + r->node[j])) : 1.0;
 }
 
 static void integrate(course *c, double from, double to, part *sum) {

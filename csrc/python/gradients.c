@@ -329,17 +329,20 @@ static PyObject *pull_moments_bounds(PyObject *Py_UNUSED(module), PyObject *args
 }
 
 PyDoc_STRVAR(bound_of_rows_doc,
-             "bound_of_rows(technique, threads, rows, z, slopes, /)\n--\n\n"
-             "(bound, by rows, by z) of sums of powers (1 + count, N) and a place each (N); the\n"
-             "latter two None unless slopes are asked for.");
+             "bound_of_rows(technique, threads, rows, z, slopes, most, /)\n--\n\n"
+             "(bound, by rows, by z, all fit) of sums of powers (1 + count, N) and a place each\n"
+             "(N), whose sizes are at most `most`, as means are; by rows and by z None unless\n"
+             "slopes are asked for.");
 
 static PyObject *bound_of_rows(PyObject *Py_UNUSED(module), PyObject *args) {
     PyObject *fields, *given[2], *out[3] = {NULL, NULL, NULL}, *all = NULL;
     PyArrayObject *rows = NULL, *z = NULL;
     held_technique technique;
     int threads, slopes;
-    if (!PyArg_ParseTuple(args, "OiOOp:bound_of_rows", &fields, &threads, &given[0], &given[1],
-                          &slopes)
+    double most;
+    bool all_fit = false;
+    if (!PyArg_ParseTuple(args, "OiOOpd:bound_of_rows", &fields, &threads, &given[0], &given[1],
+                          &slopes, &most)
         || hold_technique(&technique, fields, NULL))
         return NULL;
     const char *why = moit_moments_gradient_refusal(&technique.technique);
@@ -361,14 +364,21 @@ static PyObject *bound_of_rows(PyObject *Py_UNUSED(module), PyObject *args) {
     if (slopes) out[2] = PyArray_SimpleNew(1, &rays, type);
     if (!out[0] || (slopes && (!out[1] || !out[2]))) goto done;
 #define DATA(i) (out[i] ? PyArray_DATA((PyArrayObject *)out[i]) : NULL)
-    moit_power_rows asked = {
-        precision_of(type), rays, PyArray_DATA(rows), PyArray_DATA(z), DATA(0), DATA(1), DATA(2)};
+    moit_power_rows asked = {precision_of(type),
+                             rays,
+                             PyArray_DATA(rows),
+                             PyArray_DATA(z),
+                             DATA(0),
+                             DATA(1),
+                             DATA(2),
+                             most};
 #undef DATA
     core_call call;
     begin_call(&call, threads);
-    moit_status status = moit_bound_of_rows(&technique.technique, &asked, &call.run);
+    moit_status status = moit_bound_of_rows(&technique.technique, &asked, &all_fit, &call.run);
     if (!end_call(&call, status))
-        all = Py_BuildValue("OOO", out[0], slopes ? out[1] : Py_None, slopes ? out[2] : Py_None);
+        all = Py_BuildValue("OOOO", out[0], slopes ? out[1] : Py_None, slopes ? out[2] : Py_None,
+                            all_fit ? Py_True : Py_False);
 done:
     for (int i = 0; i < 3; ++i) Py_CLEAR(out[i]);
     Py_XDECREF(rows);

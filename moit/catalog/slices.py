@@ -314,6 +314,12 @@ class Slices(WarpedDepth):
             "inside": self.inside is not None,
         }
 
+    def drawn_to(self, colours: str = "16f") -> Targets | None:
+        if self.inside:  # moments are of lists
+            return None
+        words = SliceWords(self.count, self._cells)
+        return Targets(shaded=added(colours, multiplied()), words=words)
+
     def shipped_to(self) -> Targets | None:
         words = SliceWords(self.count, self._cells)
         if self.total == "block":

@@ -187,7 +187,7 @@ class _InPieces:
     @functools.cached_property
     def _reaching(self) -> Array:
         """(N, 1) the transmittance in front of each piece; (N, 3) of each channel, where the
-        technique knows these."""
+        technique knows these, and 0 of what is opaque, whose light is a part of its colour."""
         from moit.catalog.weighted import WeightedBlended  # late: `import moit` stays quick
 
         f = self.pieces
@@ -196,20 +196,15 @@ class _InPieces:
         if f.transmission is None or not self.technique.row["knows_channels"]:
             return self.question.transmittance(None)[:, None]
         # Each channel by itself, with the fragments that are there for all of them.
-        kept, occluder, opacity, _ = _core.surviving(
-            f, self.how["cull_opaque"], self.how["threads"]
-        )
+        kept, _, opacity, _ = _core.surviving(f, self.how["cull_opaque"], self.how["threads"])
         assert opacity is not None  # there is transmission
         offsets = np.concatenate([[0], np.cumsum(kept)])[f.offsets]
-        opaque = np.flatnonzero(occluder >= 0)
         reaching = np.zeros((len(f), 3), f.dtype)
         for c in range(3):
             alpha = np.ascontiguousarray(opacity[kept, c])
             channel = f._with(f.depth[kept], alpha, offsets=offsets)
             question = self._about(channel, cull_opaque=False, blends=False)
             reaching[kept, c] = question.transmittance(None)
-            total = question.total_transmittance().ravel()
-            reaching[occluder[opaque], c] = total[opaque]
         return reaching
 
 

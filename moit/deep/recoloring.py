@@ -52,7 +52,8 @@ def recolor(
     Each sample gets the share of the picture's light that its alpha has in the pixel: light =
     picture alpha / A, where A is the alpha of the whole pixel. So surfaces that the picture has
     seen behind one another get one colour, which is all that a flat picture knows. Where A is 0 and
-    the picture is not black there is no sample to colour: a UserWarning counts such pixels. Windows
+    the picture is not black there is no sample to colour, of all channels or of one: a UserWarning
+    counts such pixels. Windows
     and metadata are those of `path`, as are all its channels but R, G, B and, with `match_alpha`,
     alpha.
 
@@ -119,11 +120,12 @@ def recolored(
         net = seen.net_alpha()
         if net:
             channels[net] = as_held(alpha.mean(axis=0), types[net], net)
+    without = np.zeros(len(flat), bool)
     for c, name in enumerate(colors):
         k = dimmed_by(name, len(alpha)) or 0
         share = np.divide(flat[:, c], hidden[k], out=np.zeros(len(flat)), where=hidden[k] > 0)
         channels[name] = as_held(np.repeat(share, counts) * alpha[k], types[name], name)
-    without = (hidden.max(axis=0) == 0) & flat[:, :3].any(axis=1)
+        without |= (hidden[k] == 0) & (flat[:, c] != 0)
     return rows.with_channels(channels), int(np.count_nonzero(without))
 
 

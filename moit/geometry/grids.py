@@ -177,11 +177,9 @@ class VolumePicture:
             bottom = min(top + COUNTED_ROWS, height)
             offsets, rows = _marched(one, self._frame, top, bottom)
             self.samples[top:bottom] += np.diff(offsets[::width])
-            shown = rows[rows[:, 2] < 1]  # of what is opaque nobody asks how far away it is
-            shown = shown if len(shown) else rows
-            self.depths = (
-                min(self.depths[0], float(shown[:, 0].min(initial=np.inf))),
-                max(self.depths[1], float(shown[:, 1].max(initial=-np.inf))),
+            self.depths = (  # within those of the box, which all of it is warped by
+                min(self.depths[0], float(rows[:, 0].min(initial=np.inf))),
+                max(self.depths[1], float(rows[:, 1].max(initial=-np.inf))),
             )
             if self.samples.sum() > MOST_KEPT:
                 self._kept = None

@@ -105,7 +105,7 @@ def drawn_of(technique: Technique, constants: Constants, target: str) -> Drawn |
     targets = technique.drawn_to("32f" if target == "rgba32f" else "16f")
     if targets is None or len(targets.held) > MOST_TARGETS:
         return None
-    if technique.block_side > 1 and not technique.draws_blocks:
+    if technique.block_side > 1 and not technique.draws_blocks and not targets.words:
         return None
     make = drawn_for.get(technique.kind)
     return make(constants, targets) if make else Drawn(targets)
@@ -164,6 +164,20 @@ def _power(c: Constants, targets: Targets) -> Drawn:
 @drawn_for("neural-slices")
 def _neural_slices(c: Constants, targets: Targets) -> Drawn:
     return Drawn(targets, rounds=2, stages=(Stage(FACTOR),), own={"ROUND": 0}, words=2)
+
+
+@drawn_for("slices")
+def _slices(c: Constants, targets: Targets) -> Drawn:
+    blocks = c.fields["resolution"] > 1
+    own_total = (Stage(CAPTURE),) if blocks and c.fields["full_total"] else ()
+    return Drawn(
+        targets,
+        rounds=2,
+        stages=(*own_total, *((READ,) if blocks else ())),
+        own={"FROM_TRIANGLES": 1, "ROUND": 0},
+        words=1,
+        between=False,
+    )
 
 
 @drawn_for("anchors")

@@ -98,6 +98,7 @@ def plan_of(
         needed["targets"] = 4 * size[0] * size[1] * drawn.numbers
     if drawn is not None and way == "add":
         needed["words"] = 4 * size[0] * size[1] * drawn.words
+        needed["doubles"] = 8 * size[0] * size[1] * passes.doubles
     return Plan(too_large(device, needed), way, passes, drawn, constants, target)
 
 

@@ -21,14 +21,12 @@ from moit.gpu.bindings import (
     DRAW_ORDERED,
     DRAW_SHADES,
     DRAW_TERMS,
-    DRAW_WORDS,
     EMPTY,
     FACTOR,
     FACTORS,
     FARTHEST_OCCLUDER,
     FETCH,
     FIRST_TARGET,
-    INDICES,
     INTERLOCK,
     KEPT,
     LOOK_AGAIN,
@@ -42,6 +40,7 @@ from moit.gpu.bindings import (
     TOTALS,
     group_counts,
 )
+from moit.gpu.changing import changed
 from moit.gpu.described import Passes
 from moit.gpu.drawn import Drawn
 from moit.gpu.meshes import Drawing, Lists
@@ -179,32 +178,10 @@ class Picture:
 
     def _draw(self, drawn: Drawn, buffers: dict[int, Any]) -> None:
         if drawn.words:
-            buffers = self._changed(drawn, buffers)
+            buffers = changed(self, drawn, buffers)
         elif drawn.formats:
             buffers = self._captured(drawn, buffers)
         self._shade(drawn, buffers)
-
-    def _changed(self, drawn: Drawn, buffers: dict[int, Any]) -> dict[int, Any]:
-        """Buffers, of which some then hold what fragments make of words, and factors of these."""
-        words = self.buffer("words", 4 * self.pixels * drawn.words)
-        self.device.fill(words, 0)
-        buffers = {**buffers, INDICES: words}
-        for i in range(drawn.rounds):
-            with self.timed("second capture" if i else "capture"):
-                self.drawing.draw(
-                    self.drawing.transparent,
-                    f"techniques/{self.passes.shader}",
-                    self.defines(DRAW_WORDS, ROUND=i),
-                    buffers=buffers,
-                    textures={OCCLUDERS: self.drawing.occluders},
-                    uniforms=self.uniforms,
-                    size=(self.drawing.width, self.drawing.height),
-                )
-            if drawn.between and i + 1 < drawn.rounds:
-                self.run(BETWEEN, self.pixels, buffers, name="first factor", ROUND=i)
-        for stage in drawn.stages or ():
-            self.run(stage.number, self.pixels, buffers, double=stage.double, name="factor")
-        return buffers
 
     def _captured(self, drawn: Drawn, buffers: dict[int, Any]) -> dict[int, Any]:
         """Buffers, of which some then hold what pixels keep, and the factors made of it."""

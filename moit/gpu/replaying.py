@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -61,6 +61,7 @@ class Replayed(Protocol):
         uniforms: dict[str, Any] | None = None,
         double: bool = False,
         name: str | None = None,
+        **own: Any,
     ) -> None: ...
 
 
@@ -86,7 +87,12 @@ def replay(picture: Replayed, lists: Lists, buffers: dict[int, Any]) -> None:
     stages = [(stage, picture.pixels) for stage in picture.passes.stages]
     if picture.passes.tables:
         sliced = SlicedPicture(picture.fields, picture.drawing.width, picture.drawing.height)
-        own = _find_slices(picture, sliced, lists, everything)
+
+        def mark(given: dict[int, Any], own: dict[str, Any]) -> None:
+            given = {**given, ASKED: lists.rays}
+            picture.run(MARK, count, given, uniforms=own, name="mark")
+
+        own = find_slices(picture, sliced, everything, mark)
         stages = [(stage, sliced.blocks) for stage in picture.passes.block_stages] + stages
     for stage, threads in stages:
         picture.run(
@@ -107,17 +113,22 @@ def replay(picture: Replayed, lists: Lists, buffers: dict[int, Any]) -> None:
     picture.drawing.run(SEAL, picture.pixels, {ANSWERS: buffers[ANSWERS]})
 
 
-def _find_slices(
-    picture: Replayed, sliced: SlicedPicture, lists: Lists, buffers: dict[int, Any]
+def find_slices(
+    picture: Replayed,
+    sliced: SlicedPicture,
+    buffers: dict[int, Any],
+    mark: Callable[[dict[int, Any], dict[str, Any]], None],
 ) -> dict[str, Any]:
-    """Where slices stand, and room for blocks, into `buffers`; what passes are told of both."""
+    """Where slices stand, and room for blocks, into `buffers`; what passes are told of both.
+
+    mark : goes over fragments, given buffers and uniforms.
+    """
     own, size = sliced.uniforms(), sliced.sizes(picture.passes)
     buffers[BLOCKS] = picture.buffer("blocks", size["blocks"])
     picture.device.fill(buffers[BLOCKS], 0)
     marked = picture.buffer("marks", 4 * sliced.mark_words)
     picture.device.fill(marked, 0)
-    given = {**buffers, ASKED: lists.rays, INDICES: marked}
-    picture.run(MARK, lists.count, given, uniforms=own, name="mark")
+    mark({**buffers, INDICES: marked}, own)
     marks = np.empty(sliced.mark_words, np.uint32)
     marked.read(marks)
     with picture.timed("tables"):

@@ -1,4 +1,4 @@
-"""Slices of fragments that are listed on a device: where they stand, and what blocks have.
+"""Slices of fragments that a device lists or draws: where they stand, and what blocks have.
 
 A pass marks the cells of depth that have anything. The core makes tables of the marks, which are
 few, so that one text says where slices stand; fragments stay on the device.
@@ -67,6 +67,7 @@ class SlicedPicture:
             "first_pixel": 0,
             "guided": 0,
             "block_side": self.block_side,
+            "shared_side": self.block_side,
             "block_left": 0,
             "block_top": 0,
             "blocks_across": across,

@@ -63,14 +63,18 @@ def compute_moment_bounds(
         )
     dtype = np.result_type(rows, at, np.float32)
     dtype = np.dtype(np.float64 if dtype == np.float64 else np.float32)
-    rows, at = finite(rows, "moments", dtype), finite(at, "η", dtype)
-    _check_means(rows)
-    check_within(at, "η", -1 - ROUNDED, 1 + ROUNDED)
+    with np.errstate(over="ignore"):
+        held, places = (np.require(one, dtype, ["C", "A"]) for one in (rows, at))
     numbers = isinstance(bias, (int, float)) and isinstance(overestimation_weight, (int, float))
     fields_for = _kept_fields if numbers else _fields
     fields = fields_for(len(rows) - 1, bias, overestimation_weight, dtype)
     keeps = truth("return_backward_context", return_backward_context)
-    bounds, by_moments, by_place = _core.bound_of_rows(fields, thread_count(None), rows, at, keeps)
+    bounds, by_moments, by_place, all_fit = _core.bound_of_rows(
+        fields, thread_count(None), held, places, keeps, 1 + ROUNDED
+    )
+    if not all_fit:  # the core sees to it as it goes, and knows no words
+        _check_means(finite(rows, "moments", dtype))
+        check_within(finite(at, "η", dtype), "η", -1 - ROUNDED, 1 + ROUNDED)
     return (bounds, {"slopes": (by_moments, by_place)}) if keeps else bounds
 
 

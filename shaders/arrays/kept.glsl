@@ -13,9 +13,9 @@ uniform number importance_decay; // gamma
 uniform number shrink;           // 1 - max_alpha
 
 // While a pixel's fragments come together its whole numbers lie where its first fragment's do:
-// keys, how near the nearest word is and the farthest, and what a technique has behind these. Sums of 32 bits
-// do not overflow while several threads find that a cell is not yet full; where targets hold two
-// cells in a number, adding is to compare and exchange.
+// keys, how near the nearest word is and the farthest, and what a technique has behind these. Sums
+// of 32 bits do not overflow while several threads find that a cell is not yet full; where targets
+// hold two cells in a number, adding is to compare and exchange.
 #define KEY_WORDS (ANCHORS * (LARGE_KEYS + 1))
 #define NEAREST_WORD KEY_WORDS
 #define FARTHEST_WORD (KEY_WORDS + 1)
@@ -41,8 +41,9 @@ number word_of(surface s) {
 const KEPT_KEY NO_KEY = uvec2(0u);
 
 KEPT_KEY whole_key(surface s) {
-    anchor_key key = anchor_key_of(s.alpha, place_on_ray(s.depth), word_of(s), importance_decay);
-    return uvec2(uint(key.upper), uint(key.fine) << 10 | uint(key.lower));
+    number word = word_of(s);
+    anchor_key key = anchor_key_of(s.alpha, place_on_ray(s.depth), word, importance_decay);
+    return uvec2(uint(key.upper), uint(anchor_fine(key, word)) << 10 | uint(key.lower));
 }
 
 number word_of_key(KEPT_KEY key) {

@@ -15,7 +15,7 @@
 
 // Of each region's cells: slot, from and share, as csrc/core/stages/stages.h has them.
 layout(std430, binding = NETWORK) readonly restrict buffer Tables { float tables[]; };
-#if OF_BLOCKS
+#if OF_BLOCKS && !DRAWN // where triangles are bound
 layout(std430, binding = BLOCKS) buffer Words { uint sums[]; };
 #else
 layout(std430, binding = STATE) buffer Words { uint sums[]; };
@@ -73,7 +73,7 @@ uint region_of_block(uint block) {
 }
 #endif
 
-#if PASS == DEPOSIT || PASS == MARK
+#if PASS == DEPOSIT || PASS == MARK || PASS == DRAW_WORDS
 #if OF_BLOCKS
 uniform uint image_height;
 
@@ -105,13 +105,14 @@ bool gives(uint p) { return true; }
 uint first_sum_of(uint p) { return SUMS * p; }
 #endif
 
-#if PASS == MARK
 // In `indices` a bit for each cell of each region.
-void own_pass(uint p, surface s) {
+void mark(uint p, surface s) {
     if (s.alpha <= K(0.0) || !gives(p)) return;
     uint cell = uint(slice_place_of(warped(s.depth), K(CELLS)).cell);
     atomicOr(indices[(region_of_pixel(p) * uint(CELLS) + cell) / 32u], 1u << (cell % 32u));
 }
+#if PASS == MARK
+void own_pass(uint p, surface s) { mark(p, s); }
 #endif
 
 #include "arrays/added.glsl"

@@ -89,11 +89,9 @@ void after_round(uint p) {
     begin_slices(p, number(65535u - indices[2u * p]), number(indices[2u * p + 1u]));
 }
 #elif PASS == CAPTURE
-void capture(uint p) {
-    precise double through = 1.0;
-    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) through *= 1.0 - double(alphas[i]);
-    set_total(p, through);
-}
+#include "arrays/let_through.glsl"
+
+void capture(uint p) { set_total(p, let_through(p)); }
 #elif PASS == DEPOSIT
 void own_pass(uint p, surface s) { deposit(p, s); }
 #elif PASS == DRAW_WORDS
@@ -135,18 +133,6 @@ number in_front(uint p, surface s) {
     real x = seen.least + slice_share(0, seen.seen) * seen.room;
     return ABSORBS == 1 ? number(x) : exponential(-x);
 }
-#elif PASS == RESOLVE
-#define RESOLVES_DRAWN
-contribution resolved_drawn(uint p, vec4 held, vec4 second) {
-    set_total(p, double(second.x));
-    precise contribution c;
-    for (int k = 0; k < 3; ++k) c.color[k] = double(held[k]);
-    c.covers = double(held.a);
-    return c;
-}
 #endif
-#if PASS == DRAW_SHADES
-#define SHADES_SECOND
-number second_of(surface s) { return s.alpha; }
-#endif
+#include "arrays/multiplied_up.glsl"
 #include "arrays/questions.glsl"

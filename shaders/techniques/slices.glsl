@@ -8,6 +8,7 @@
 //   HALF_TOTAL             0 or 1: as half floats
 //   BYTE_TOTAL             0 or 1: as a byte has them beside their blocks'
 //   INSIDE                 0 or 1: answers are held within what four power moments prove
+//   ROUND                  of DRAW_WORDS 0: marks; 1: slices, and of pixels' own totals `indices`
 #include "kernels/dialect.glsl"
 #include "kernels/elementary.h"
 #include "kernels/storage.h"
@@ -15,6 +16,9 @@
 #include "arrays/fragments.glsl"
 #include "arrays/warp.glsl"
 #include "arrays/absorbance.glsl"
+#if DRAWN // where block_side is of the blocks that are drawn
+#define block_side shared_side
+#endif
 #include "arrays/slices.glsl"
 
 uniform uint image_top; // in the display, as the columns
@@ -37,24 +41,30 @@ number code_of(uint p, surface s, number cell) {
 #include "arrays/power_bounds.glsl"
 #endif
 
-#if PASS == CAPTURE
+#if PASS == CAPTURE && defined(FROM_TRIANGLES)
+void capture(uint p) {
+#if FULL_TOTAL
+    doubles[DOUBLES_SIZE * p + DOUBLES_SIZE - 1u] = double(indices[p]);
+#endif
+}
+#elif PASS == CAPTURE
+#include "arrays/let_through.glsl"
+
 void capture(uint p) {
 #if !OF_BLOCKS
     for (uint k = 0u; k < SUMS; ++k) sums[SUMS * p + k] = 0u;
 #endif
-    precise double through = 1.0;
+    set_total(p, let_through(p));
+#if FULL_TOTAL
     precise double fine = 0.0; // whole numbers: exact
     for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
-        through *= 1.0 - double(alphas[i]);
         fine += double(fine_code(absorbance_of(number(alphas[i]))));
     }
-    set_total(p, through);
-#if FULL_TOTAL
     doubles[DOUBLES_SIZE * p + DOUBLES_SIZE - 1u] = fine;
 #endif
 }
-#elif PASS == DEPOSIT
-void own_pass(uint p, surface s) {
+#elif PASS == DEPOSIT || PASS == DRAW_WORDS
+void deposit(uint p, surface s) {
     slice_place place = slice_place_of(warped(s.depth), K(CELLS));
     number code = code_of(p, s, place.cell);
     if (uint(code) == 0u || !gives(p)) return; // its cell may have no slices
@@ -63,6 +73,21 @@ void own_pass(uint p, surface s) {
     add(seen.slot + 1u, near);
     add(seen.slot + 2u, uint(code) - near);
 }
+#if PASS == DEPOSIT
+void own_pass(uint p, surface s) { deposit(p, s); }
+#else
+void change_words(surface s, uint p) {
+#if ROUND == 0
+    mark(p, s);
+#else
+    deposit(p, s);
+#if FULL_TOTAL
+    uint fine = uint(fine_code(absorbance_of(s.alpha)));
+    if (atomicAdd(indices[p], fine) >= 0x80000000u) atomicMin(indices[p], 0x80000000u);
+#endif
+#endif
+}
+#endif
 #elif PASS == INTEGRATE
 void own_pass(uint block) {
     uint sum = 0u;
@@ -239,4 +264,6 @@ number in_front(uint p, surface s) {
     return answer_at(p, s);
 #endif
 }
+#undef block_side
+#include "arrays/multiplied_up.glsl"
 #include "arrays/questions.glsl"

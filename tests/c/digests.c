@@ -12,11 +12,12 @@ static uint64_t digest_of(const void *bytes, size_t count) {
     return hash;
 }
 
-int main(void) {
+int main(int argc, char **argv) {
     static const char *const questions[ANSWERS] = {
         "composite",   "transmittance", "lower", "upper",   "total",       "curve",
         "lower curve", "upper curve",   "b0",    "moments", "read moments"};
     moit_run run = plain_run();
+    if (argc == 2 && !strcmp(argv[1], "base")) run.isa = MOIT_ISA_BASE;
     FOR_BOTH_PRECISIONS(precision) {
         rays r = random_rays(precision, (kind_of_rays){PIXELS, 12, 0.5, 9.0, 0.9, 0.02, 7});
         moit_technique list[MOST_TECHNIQUES];

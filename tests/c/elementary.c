@@ -5,6 +5,8 @@
 enum { TRIES = 20000 };
 /* Of a nearest double half a unit in the last place; the rest is what the functions may lose. */
 #define UNITS 0.65
+#define UNITS_OF_EXP2 0.8
+#define UNITS_OF_ERROR_FUNCTIONS 6.0
 
 typedef double function(double);
 typedef long double reference(long double);
@@ -15,7 +17,7 @@ static double units_off(double found, long double exact) {
 }
 
 /* x from `low` to `high`, and, `small`, those that are 1 to 2^-64 of that. */
-static void is_near(function *ours, reference *exact, double low, double high, bool small) {
+static double worst_of(function *ours, reference *exact, double low, double high, bool small) {
     uint64_t state = 3;
     double worst = 0.0;
     for (int i = 0; i < TRIES; ++i) {
@@ -24,17 +26,31 @@ static void is_near(function *ours, reference *exact, double low, double high, b
         if (x != 0.0 && exact((long double)x) != 0.0L)
             worst = fmax(worst, units_off(ours(x), exact((long double)x)));
     }
-    EXPECT_NEAR(worst, 0.0, UNITS);
+    return worst;
+}
+
+static void is_near(function *ours, reference *exact, double low, double high, bool small) {
+    EXPECT_NEAR(worst_of(ours, exact, low, high, small), 0.0, UNITS);
+}
+
+static void is_error_function(function *ours, reference *exact, double low, double high,
+                              bool small) {
+    EXPECT_NEAR(worst_of(ours, exact, low, high, small), 0.0, UNITS_OF_ERROR_FUNCTIONS);
+}
+
+static void powers_of_two_are_exact(void) {
+    for (int n = -1074; n <= 1023; ++n) EXPECT(moit_exp2(n) == ldexp(1.0, n));
 }
 
 static void limits_are_those_of_the_standard(void) {
     static const double x[] = {0.0,       -0.0,     1.0,       -1.0,        -2.0,  1e-310,
                                0x1p-1074, 1e300,    -1e300,    -745.2,      709.7, 710.0,
                                -750.0,    INFINITE, -INFINITE, NOT_A_NUMBER};
-    static function *const ours[] = {moit_exp, moit_expm1, moit_log, moit_log1p},
-                           *const theirs[] = {exp, expm1, log, log1p};
+    static function *const ours[] = {moit_exp,  moit_expm1, moit_log, moit_log1p,
+                                     moit_exp2, moit_erf,   moit_erfc},
+                           *const theirs[] = {exp, expm1, log, log1p, exp2, erf, erfc};
     for (size_t i = 0; i < sizeof x / sizeof *x; ++i)
-        for (int f = 0; f < 4; ++f) {
+        for (size_t f = 0; f < sizeof ours / sizeof *ours; ++f) {
             double found = ours[f](x[i]), needed = theirs[f](x[i]);
             bool is_same = isnan(needed)
                                ? isnan(found)
@@ -55,6 +71,12 @@ int main(void) {
     is_near(moit_sin, sinl, -13.0, 13.0, false);
     is_near(moit_cos, cosl, -13.0, 13.0, false);
     is_near(moit_tan, tanl, 0.0, 1.0, true);
+    EXPECT_NEAR(worst_of(moit_exp2, exp2l, -40.0, 40.0, true), 0.0, UNITS_OF_EXP2);
+    is_error_function(moit_erf, erfl, -6.0, 6.0, false);
+    is_error_function(moit_erf, erfl, -1.0, 1.0, true);
+    is_error_function(moit_erfc, erfcl, -6.0, 26.0, false);
+    is_error_function(moit_erfc, erfcl, -1.0, 1.0, true);
+    powers_of_two_are_exact();
     limits_are_those_of_the_standard();
     return verdict();
 }

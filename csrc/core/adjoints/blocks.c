@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define LEAST_MASS 0x1p-900 /* of less no quotient is sure to be finite: it moves nothing */
+
 static const moit_block_family *family_of(const moit_technique *technique) {
     return moit_technique_rows[technique->kind]->blocks;
 }
@@ -78,8 +80,8 @@ double moit_give_sums(const moit_job *job, const moit_tile *tile, const moit_adj
     bool scales = job->technique->full_total;
     for (int k = 0; k < count; ++k) all += by_read[k] * mixed[k];
     if (scales) {
-        scale = low > 0.0 ? own / low : 0.0;
-        all = low > 0.0 ? all / low : 0.0;
+        scale = low > LEAST_MASS ? own / low : 0.0;
+        all = low > LEAST_MASS ? all / low : 0.0;
         by_mixed = -all * scale;
     }
     if (slopes->collects) {
@@ -165,8 +167,8 @@ static void give_to_blocks(const giving *to, int p, const moit_moment_state *s, 
         mass += around->share[k][i]
                 * *(const double *)moit_block_state(job, 0, around->place[k][i]).weight;
     polynomial whole = {{0.0}};
-    if (mass > 0.0) whole = polynomial_of(s, S, shape, 0.0);
-    if (s->family == MOIT_POWER && mass > 0.0) {
+    if (mass > LEAST_MASS) whole = polynomial_of(s, S, shape, 0.0);
+    if (s->family == MOIT_POWER && mass > LEAST_MASS) {
         double biased = expected_of_terms(s, S) + (shape ? shape->mean : 0.0);
         mean = (biased - s->bias * expected(&whole, numbers, to->safe)) / keeps;
     } else mean = expected(&whole, numbers, b);
@@ -175,7 +177,7 @@ static void give_to_blocks(const giving *to, int p, const moit_moment_state *s, 
         double *by = part_of(to->slopes, moit_pixel_at(to->tile, p), k);
         if (share == 0.0) continue;
         by[0] += share * by_mass;
-        if (!(mass > 0.0)) continue;
+        if (!(mass > LEAST_MASS)) continue;
         moit_state block = moit_block_state(job, 0, around->place[k][i]);
         polynomial own = s->family == MOIT_POWER
                              ? polynomial_of(s, S, shape, *(const double *)block.numbers)

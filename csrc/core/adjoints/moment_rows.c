@@ -8,6 +8,9 @@
 #include "core/techniques/table.h"
 #include "core/threads.h"
 
+#include <float.h>
+#include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -19,7 +22,8 @@ typedef struct {
     const moit_stages *stages, *precise;
     const moit_moment_adjoints *adjoints;
     const moit_moment_steps *steps;
-    bool in_one; /* all of it by one loop */
+    bool in_one;      /* all of it by one loop */
+    atomic_bool *odd; /* becomes true where numbers do not fit */
 } rows_job;
 
 /* A block's numbers: as given, b0, means, z and the answer; and in double. */
@@ -53,6 +57,27 @@ static void take_double(const moit_power_rows *given, int powers, int64_t first,
         }
 }
 
+/* Whether n rays' numbers are what they may be. */
+#define FIT(number, absolute, greatest) \
+    do { \
+        const number *mass = (const number *)given->rows + first; \
+        const number *z = (const number *)given->z + first, most = (number)given->most; \
+        for (int p = 0; p < n; ++p) odd |= !(mass[p] >= 0 && mass[p] <= greatest); \
+        for (int p = 0; p < n; ++p) odd |= !(absolute(z[p]) <= most); \
+        for (int k = 1; k <= powers; ++k) { \
+            const number *power = mass + k * given->rays; \
+            for (int p = 0; p < n; ++p) odd |= !(absolute(power[p]) <= most * mass[p]); \
+        } \
+    } while (0)
+
+static bool fit(const moit_power_rows *given, int powers, int64_t first, int n) {
+    int odd = 0;
+    if (given->precision == MOIT_FLOAT64) FIT(double, fabs, DBL_MAX);
+    else FIT(float, fabsf, FLT_MAX);
+    return !odd;
+}
+#undef FIT
+
 /* From derivatives by the means, b0 being what it is, to those by the rows. */
 static void give_slopes(const rows_job *job, int powers, int64_t first, int n, block *o) {
     const moit_power_rows *to = job->given;
@@ -79,6 +104,7 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
     int64_t first = item * BLOCK, left = given->rays - first;
     int n = (int)(left < BLOCK ? left : BLOCK);
     size_t scalar = moit_scalar_size(given->precision);
+    if (!fit(given, powers, first, n)) atomic_store(job->odd, true);
     if (job->in_one) {
         moit_rows rows = {.rays = given->rays,
                           .rows = given->rows,
@@ -118,7 +144,8 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
 }
 
 moit_status moit_bound_of_rows(const moit_technique *technique, const moit_power_rows *rows,
-                               const moit_run *run) {
+                               bool *all_fit, const moit_run *run) {
+    atomic_bool odd = false;
     moit_moment_steps steps = moit_technique_moments(technique, rows->precision);
     rows_job job = {.technique = technique,
                     .given = rows,
@@ -126,7 +153,11 @@ moit_status moit_bound_of_rows(const moit_technique *technique, const moit_power
                     .precise = moit_stages_of(MOIT_FLOAT64, run->isa),
                     .adjoints = moit_moment_adjoints_of(technique, run->isa),
                     .steps = &steps,
+                    .odd = &odd,
                     .in_one = rows->precision == MOIT_FLOAT32 && technique->count <= MOIT_ROWS_COUNT
                               && technique->moments.bias >= MOIT_ROWS_BIAS};
-    return moit_parallel_for(run, (rows->rays + BLOCK - 1) / BLOCK, answer_block, &job);
+    moit_status status =
+        moit_parallel_for(run, (rows->rays + BLOCK - 1) / BLOCK, answer_block, &job);
+    *all_fit = !odd;
+    return status;
 }

@@ -75,8 +75,8 @@ extern const moit_moment_adjoints moit_moment_adjoints_base[2], moit_moment_adjo
     moit_moment_adjoints_avx512[2];
 
 /* With less bias than that, rays of no more fragments than the rule has nodes are exact wherever
- * these lie, as far as their moments tell. Steps of the curve and moments that move with them take each other away then, and what
- * is left of both is rounding. */
+ * these lie, as far as their moments tell. Steps of the curve and moments that move with them take
+ * each other away then, and what is left of both is rounding. */
 #define MOIT_NO_BIAS 1e-12
 
 /* Of a pixel: the rule of its moments, of the total b0, and its n fragments, of which `surfaces`

@@ -1,5 +1,6 @@
 /* FLIP's filters and its opponent space, once a comparison. Sections and Table 1 are those of
  * Andersson et al. 2020. */
+#include "core/elementary.h"
 #include "core/metrics/flip.h"
 
 #include <math.h>
@@ -22,7 +23,7 @@ static double sensitivity(flip_filter *filter, double a, double b) {
     double sum = 0.0;
     for (int k = 0; k <= filter->reach; ++k) {
         double x = M_PI * k / pixels_per_degree;
-        double weight = sqrt(a * sqrt(M_PI / b)) * exp(-x * x / b);
+        double weight = sqrt(a * sqrt(M_PI / b)) * moit_exp(-x * x / b);
         filter->weights[k] = (float)weight;
         sum += k ? 2.0 * weight : weight;
     }
@@ -41,7 +42,8 @@ static void contrast_sensitivity(flip_filters *flip) {
     scale(&flip->red_green, 1.0 / sensitivity(&flip->red_green, 1.0, 0.0053));
     double narrow = sensitivity(&flip->blue_yellow[0], 34.1, 0.04);
     double wide = sensitivity(&flip->blue_yellow[1], 13.5, 0.025);
-    for (int i = 0; i < 2; ++i) scale(&flip->blue_yellow[i], 1.0 / hypot(narrow, wide));
+    for (int i = 0; i < 2; ++i)
+        scale(&flip->blue_yellow[i], 1.0 / sqrt(narrow * narrow + wide * wide));
 }
 
 /* 4.2: a Gaussian as wide as an edge detector of 0.082 degrees, and its derivatives, of which
@@ -52,7 +54,7 @@ static void features(flip_filters *flip) {
     double smooth = 0.0, edge = 0.0, rising = 0.0, falling = 0.0;
     double weights[3][BLOCK_REACH + 1];
     for (int k = 0; k <= reach; ++k) {
-        double both = k ? 2.0 : 1.0, gauss = exp(-0.5 * k * k / (sigma * sigma));
+        double both = k ? 2.0 : 1.0, gauss = moit_exp(-0.5 * k * k / (sigma * sigma));
         weights[0][k] = gauss;
         weights[1][k] = -k * gauss;
         weights[2][k] = (k * k / (sigma * sigma) - 1.0) * gauss;

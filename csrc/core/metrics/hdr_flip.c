@@ -1,6 +1,7 @@
 /* FLIP over exposures. Andersson, Nilsson, Shirley, Akenine-Moeller, "Visualizing Errors in
  * Rendered High Dynamic Range Images", 2021: the greatest FLIP error of a pixel among exposures
  * that show the reference from its brightest to its median luminance. */
+#include "core/elementary.h"
 #include "core/metrics/reference.h"
 #include "core/threads.h"
 
@@ -109,12 +110,14 @@ static moit_status luminances_of(const moit_image *image, luminances *found, con
     return status;
 }
 
+static double logarithm2(double x) { return moit_log(x) / 0.69314718055994530942; }
+
 static moit_status range_of(moit_reference *reference, const moit_run *run) {
     luminances of;
     moit_status status = luminances_of(&reference->image, &of, run);
     if (status != MOIT_OK) return status;
-    const double level = log2(radiance_for(0.85));
-    const double start = level - log2(of.greatest), stop = level - log2(of.median);
+    const double level = logarithm2(radiance_for(0.85));
+    const double start = level - logarithm2(of.greatest), stop = level - logarithm2(of.median);
     const double stops = fmin(ceil(stop - start), 2.0 * DBL_MAX_EXP); /* no image has more */
     reference->range = (flip_range){start, stop, (int)fmax(2.0, stops)};
     if (reference->flip)
@@ -136,7 +139,7 @@ moit_status moit_hdr_flip_of(const moit_image *image, moit_reference *reference,
     if (!displays) return MOIT_NO_MEMORY;
     for (int i = 0; i < range.exposures; ++i) {
         double exposure = range.start + (range.stop - range.start) * i / (range.exposures - 1);
-        displays[i] = (flip_display){.exposed = true, .root = exp2(0.5 * exposure)};
+        displays[i] = (flip_display){.exposed = true, .root = moit_exp2(0.5 * exposure)};
     }
     moit_status status =
         moit_flip_on(image, reference, displays, range.exposures, reference->hdr, map, error, run);

@@ -1,5 +1,6 @@
 /* Errors of single pixels on linear values (mse, rmse, mae, psnr), and the rows of images. */
 #include "core/metrics/metrics.h"
+#include "core/elementary.h"
 #include "core/threads.h"
 
 #include <assert.h>
@@ -60,7 +61,9 @@ typedef struct {
     double *squares, *magnitudes; /* of each row, summed */
 } comparison;
 
-double moit_decibel(double mean_square) { return -10.0 * log10(mean_square); }
+double moit_decibel(double mean_square) {
+    return -10.0 * (moit_log(mean_square) / 2.30258509299404568402);
+}
 
 static void store(const comparison *job, int64_t y, const double *squares, const double *magnitudes,
                   double *shown) {

@@ -5,6 +5,7 @@
  * Block by block, and all in double: a variance is what is left of two nearly equal numbers. Of
  * rows whose pixels are equal in both images, as far as the window reaches, eq. 13 gives 1 without
  * an error of rounding: they are left out. */
+#include "core/elementary.h"
 #include "core/metrics/reference.h"
 #include "core/threads.h"
 
@@ -151,7 +152,7 @@ static moit_status compare_block(void *context, int64_t index, int thread) {
 static void gaussian(double weights[SSIM_REACH + 1]) {
     double sum = 0.0;
     for (int k = 0; k <= SSIM_REACH; ++k) {
-        weights[k] = exp(-0.5 * k * k / (1.5 * 1.5));
+        weights[k] = moit_exp(-0.5 * k * k / (1.5 * 1.5));
         sum += k ? 2.0 * weights[k] : weights[k];
     }
     for (int k = 0; k <= SSIM_REACH; ++k) weights[k] /= sum;

@@ -26,12 +26,12 @@ static void warp_extremes(int n, const SCALAR *depth, const moit_warp_map *map, 
     bool logarithmic = map->warp == MOIT_WARP_LOG;
     double unit =
         __builtin_fmax(-map->near, map->far) > 1e300 ? 0.25 : 1.0; /* differences stay finite */
-    double near = logarithmic ? __builtin_log(map->near) : map->near * unit;
-    double far = logarithmic ? __builtin_log(map->far) : map->far * unit;
+    double near = logarithmic ? moit_log(map->near) : map->near * unit;
+    double far = logarithmic ? moit_log(map->far) : map->far * unit;
     for (int i = 0; i < n; ++i) {
         double d = (double)depth[i], at = near;
         if (!logarithmic) at = d * unit;
-        else if (d > 0.0) at = __builtin_log(d);
+        else if (d > 0.0) at = moit_log(d);
         double z = map->low + (map->high - map->low) * ((at - near) / (far - near));
         out[i] = (SCALAR)__builtin_fmin(__builtin_fmax(z, map->low), map->high);
     }

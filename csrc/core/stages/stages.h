@@ -7,6 +7,7 @@
 #ifndef MOIT_STAGES_H
 #define MOIT_STAGES_H
 
+#include "core/elementary.h"
 #include "core/raster.h"
 #include "core/splats.h"
 #include "core/strokes.h"
@@ -453,9 +454,9 @@ typedef struct moit_stages {
      * Returns how many. Double tables only. */
     int (*cover)(const moit_projected_triangle *triangle, int left, int top, int right, int bottom,
                  moit_covered *out);
-    /* Their colour (3, MOIT_REACHED, padded), lit, and alpha (padded). view: a pixel's middle is seen
-     * along (view[0] x + view[1], view[2] y + view[3], 1). reached (lights, MOIT_REACHED, padded):
-     * the share of each light that comes there; NULL: all. Double tables only. */
+    /* Their colour (3, MOIT_REACHED, padded), lit, and alpha (padded). view: a pixel's middle
+     * (x, y) is seen along (view[0] x + view[1], view[2] y + view[3], 1). reached (lights,
+     * MOIT_REACHED, padded): the share of each light there; NULL: all. Double tables only. */
     void (*shade)(int n, const moit_corners *corners, const moit_covered *at, const double view[4],
                   const moit_lights *lights, const double *reached, double *color, double *alpha);
     /* What of an image multiplies their colour, or for what is not lit their colour (as above), and

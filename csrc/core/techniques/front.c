@@ -128,8 +128,8 @@ static void gather_front(const moit_job *job, const moit_technique *tail, moit_t
 }
 
 static double least_tail(moit_precision precision) {
-    return exp2(precision == MOIT_FLOAT64 ? LEAST_TAIL_EXPONENT_DOUBLE
-                                          : LEAST_TAIL_EXPONENT_SINGLE);
+    return ldexp(1.0, precision == MOIT_FLOAT64 ? LEAST_TAIL_EXPONENT_DOUBLE
+                                                : LEAST_TAIL_EXPONENT_SINGLE);
 }
 
 /* Of what rounds off sums of all, how much a bias is to outweigh of a tail that is all of it. */

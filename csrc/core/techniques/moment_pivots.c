@@ -1,4 +1,5 @@
 /* How far moments are from those of no distribution, and what bias brings them back. */
+#include "core/elementary.h"
 #include "core/techniques/moments.h"
 #include "core/techniques/table.h"
 #include "core/threads.h"
@@ -40,7 +41,7 @@ static void find_biases(const pivots_job *job, rays *r, double *out) {
     double low[ITEM_PIXELS], high[ITEM_PIXELS];
     for (int p = 0; p < r->pixels; ++p) high[p] = HUGE_VAL;
     for (int exponent = -LEAST_EXPONENT; exponent <= 0; exponent += STEP) {
-        for (int p = 0; p < r->pixels; ++p) r->bias[p] = exp2(exponent);
+        for (int p = 0; p < r->pixels; ++p) r->bias[p] = moit_exp2(exponent);
         find_pivots(job, r);
         for (int p = 0; p < r->pixels; ++p)
             if (r->pivot[p] > 0.0 && isinf(high[p])) {
@@ -50,7 +51,7 @@ static void find_biases(const pivots_job *job, rays *r, double *out) {
     }
     for (int halving = 0; halving < HALVINGS; ++halving) {
         for (int p = 0; p < r->pixels; ++p)
-            r->bias[p] = isinf(high[p]) ? 1.0 : exp2(0.5 * (low[p] + high[p]));
+            r->bias[p] = isinf(high[p]) ? 1.0 : moit_exp2(0.5 * (low[p] + high[p]));
         find_pivots(job, r);
         for (int p = 0; p < r->pixels; ++p) {
             if (isinf(high[p])) continue;
@@ -59,7 +60,7 @@ static void find_biases(const pivots_job *job, rays *r, double *out) {
             else low[p] = middle;
         }
     }
-    for (int p = 0; p < r->pixels; ++p) out[r->from[p]] = exp2(high[p]);
+    for (int p = 0; p < r->pixels; ++p) out[r->from[p]] = moit_exp2(high[p]);
 }
 
 static moit_status answer_item(void *context, int64_t item, int thread) {
