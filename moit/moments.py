@@ -280,15 +280,28 @@ def arrays_for(
     if technique.moments_are_complex:
         numbers_of_b = np.ascontiguousarray(found["b"], np.complex128 if double else np.complex64)
         found["b"] = numbers_of_b.view(dtype)
-    ready = {name: finite(array, name, dtype) for name, array in found.items()}
-    check_within(ready["b0"], "b0", 0, np.inf)
     most = technique._most_moment + ROUNDED
-    check_within(ready["b"], "b", -most, most)
     assert technique.unit_range is not None
     near, far = technique.unit_range
-    check_within(ready["z"], "z", near - ROUNDED, far + ROUNDED)
-    if alpha is not None:
-        check_within(ready["alpha"], "alpha", 0, 1)
+    limits = {
+        "b0": (0, np.inf),
+        "b": (-most, most),
+        "z": (near - ROUNDED, far + ROUNDED),
+        "alpha": (0, 1),
+    }
+    with np.errstate(over="ignore"):  # what becomes infinite is reported as such
+        ready = {name: np.require(array, dtype, ["C", "A"]) for name, array in found.items()}
+    # The ends say as much of finite limits as looking for what is not finite does.
+    greatest = np.finfo(dtype).max
+    if all(
+        array.size and array.min() >= least and array.max() <= min(last, greatest)
+        for array, (least, last) in ((array, limits[name]) for name, array in ready.items())
+    ):
+        return list(ready.values())
+    for name, array in found.items():
+        ready[name] = finite(array, name, dtype)
+    for name, array in ready.items():
+        check_within(array, name, *limits[name])
     return list(ready.values())
 
 

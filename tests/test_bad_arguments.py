@@ -173,3 +173,21 @@ def test_whole_numbers_have_both_their_ends():
             whole("n", value, 2, 4)
     with pytest.raises(ValueError, match="n: expected at least 2, got 1"):
         whole("n", 1, 2)
+
+
+@pytest.mark.parametrize(
+    ("place", "wrong", "said"),
+    [
+        ("b0", np.inf, r"b0\[0\]: found inf; needed a finite number"),
+        ("b0", -1.0, r"b0\[0\]: found -1.0; needed a number that is not negative"),
+        ("b", np.nan, r"b\[0, 0\]: found nan; needed a finite number"),
+        ("b", 2.0, r"b\[0, 0\]: found 2.0; needed a number from -1 to 1"),
+        ("z", -np.inf, r"z\[0, 0\]: found -inf; needed a finite number"),
+        ("z", 1.1, r"z\[0, 0\]: found 1.1; needed a number from -1 to 1"),
+    ],
+)
+def test_moments_that_are_not_finite_or_in_range_are_named(place, wrong, said):
+    given = {"b0": np.ones(1), "b": np.array([[0.1, 0.5, 0.1, 0.4]]), "z": np.zeros((1, 1))}
+    given[place].flat[0] = wrong
+    with raises(ValueError, said):
+        moit.moments.transmittance("power4", *given.values())
