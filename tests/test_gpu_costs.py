@@ -16,8 +16,8 @@ from moit.checks.exceptions import GpuError
 from moit.gpu_costs import compiling, stored
 from moit.gpu_costs.cards import CARDS
 from moit.gpu_costs.compiling import compiled, cost_of, understood
-from moit.gpu_costs.cost import FAMILIES, Cost
-from moit.gpu_costs.frames import Frame, predicted
+from moit.gpu_costs.cost import FAMILIES, WAVE, Cost
+from moit.gpu_costs.frames import BETWEEN, MEANS, TURNS, Frame, predicted
 from moit.gpu_costs.probes import FUNCTIONS, given_bytes, probes
 from moit.gpu_costs.published import published_texts
 from moit.gpu_costs.stored import COMMAND, ENGINE, EXACT, PUBLISHED
@@ -258,6 +258,30 @@ def test_names_find_the_costs_that_are_nearest():
         assert kept.nearest(moit.technique(name), "navi21")[:2] == (text, of)
     assert kept.nearest(moit.technique("sorted"), "navi21") is None
     assert kept.nearest(moit.technique("power4"), "navi99") is None
+
+
+@pytest.mark.parametrize(
+    ("name", "like"),
+    [
+        ("neural-bounded(resolution=8)", "power4(resolution=4,total='full')"),
+        ("trig3(resolution=2,total='full')", "power6(resolution=4,total='full')"),
+        ("trig4(resolution=3)", "power8(resolution=4,total='full')"),
+        ("wavelet16(resolution=8)", "wavelet16(resolution=4)"),
+    ],
+)
+def test_means_of_blocks_cost_what_those_of_as_many_numbers_do(name, like):
+    kept, card = stored.stored(), CARDS["rx6800"]
+    technique, frame = moit.technique(name), Frame(9e6, 2e6)
+    costs = kept.nearest(technique, card.family)[2]
+    for one in (MEANS, BETWEEN):
+        assert costs[one] == kept.passes(like, card.family)[one]
+    without = {one: cost for one, cost in costs.items() if one != MEANS}
+    found, less = (predicted(technique, one, card, frame) for one in (costs, without))
+    made = found.milliseconds["capture"] - less.milliseconds["capture"]
+    cycles = frame.pixels * costs[MEANS].cycles / TURNS / WAVE
+    assert made == pytest.approx(1e3 * cycles / (card.units * card.clock * 1e9))
+    plain = moit.technique(technique.base_name)
+    assert MEANS not in kept.nearest(plain, card.family)[2]
 
 
 # Shaders around what is exported

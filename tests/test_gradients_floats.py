@@ -71,6 +71,24 @@ def test_floats_lose_few_digits(name, longest):
             np.testing.assert_allclose(got.background, wanted.background, rtol=1e-5, atol=1e-7)
 
 
+@pytest.mark.parametrize("name", ("power4", "sorted"))
+def test_one_background_is_moved_by_all_pixels(name):
+    """Of several runs of pixels, many of them empty, some with an opaque surface."""
+    rng = np.random.default_rng(4)
+    counts = rng.integers(0, 3, 5000)
+    n = counts.sum()
+    depth, alpha, color = rng.uniform(1, 5, n), rng.uniform(0.1, 0.9, n), rng.uniform(size=(n, 3))
+    alpha[rng.uniform(size=n) < 0.1] = 1
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    f = moit.Fragments(offsets, depth, alpha, color, depth_range=(1, 5), dtype="float32")
+    image, pullback = gradients.composite(f, name, background=(0.1, 0.2, 0.3))
+    seed = rng.uniform(size=image.shape).astype(np.float32)
+    total = moit.total_transmittance(f, name)[..., None].astype(float)
+    np.testing.assert_allclose(
+        pullback(seed).background, (seed[..., :3] * total).sum(axis=(0, 1)), rtol=1e-6
+    )
+
+
 def test_threads_give_the_same_bits():
     offsets, arrays = rays(2500, True)
     f = moit.Fragments(offsets, *arrays, depth_range=(1, 5))

@@ -77,3 +77,16 @@ def technique_layers(name):
 def test_techniques_without_a_network_have_no_derivatives_by_one():
     _, pullback = gradients.transmittance(fragments(numbers_of(3)), "power4")
     assert pullback(np.ones(3)).network is None
+
+
+def test_blocks_of_equal_pixels_move_a_network_as_these_do():
+    """Their means are what each pixel's state is, so a network sees the same, and is seen once."""
+    numbers = [np.concatenate([one] * 12) for one in numbers_of(5)[:2]]
+    f = moit.Fragments(
+        np.arange(13) * 5, *numbers, shape=(3, 4), depth_range=(NEAR, FAR), dtype="float64"
+    )
+    seed, found = np.random.default_rng(2).normal(size=60), []
+    for name in ("neural-bounded(bias=1e-6)", "neural-bounded(bias=1e-6, resolution=2)"):
+        _, pullback = gradients.transmittance(f, name)
+        found.append(pullback(seed).network)
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-7, atol=1e-9)

@@ -21,6 +21,10 @@ VARIANTS = {
     "neural-bounded6(resolution=4)": 2e-5,
     "wavelet8(resolution=4)": 1e-5,
     "fourier9(resolution=5,bits=32)": 1e-5,
+    "fourier7(resolution=4,total='full',bits=32)": 1e-5,
+    "fourier9(resolution=3,total='full',bits=32)": 1e-5,
+    "wavelet8(resolution=4,total='full')": 1e-5,
+    "wavelet4(resolution=2,total='full',exclude_self=True)": 1e-5,
 }
 
 
@@ -78,3 +82,12 @@ def test_what_blocks_hide_altogether_keeps_colour():
     technique = moit.technique("power4(resolution=4)")
     assert "max(through, 0.00024414062)" in kits.include(technique, "glsl").text
     assert "max(through" not in kits.include(moit.technique(FULL), "glsl").text
+
+
+def test_waves_have_totals_in_a_target_of_their_own(tmp_path):
+    """Half floats as their coefficients, where these are."""
+    table, passes, _ = exported("fourier7(resolution=4,total='full')", tmp_path)
+    targets = {one["name"]: one["format"]["webgpu"] for one in table["targets"]}
+    assert targets["target3"] == targets["mean3"] == "r16float"
+    assert passes["shading"]["reads"] == ["mean0", "mean1", "mean2", "mean3", "target3"]
+    assert passes["resolve"]["reads"] == ["target4", "target3"]

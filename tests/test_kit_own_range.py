@@ -1,6 +1,7 @@
 """Kits that give each pixel the range of its own fragments' depths."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -86,7 +87,12 @@ def test_a_lone_surface_of_a_network_lies_in_the_middle_whatever_its_word(langua
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize(
-    "name", ["two-moments-pass(depth_range='pixel')", "fourier7(depth_range='pixel')"]
+    "name",
+    [
+        "two-moments-pass(depth_range='pixel')",
+        "fourier7(depth_range='pixel')",
+        "neural-bounded6(depth_range='pixel')",
+    ],
 )
 def test_its_shaders_are_valid(name, language):
     kit_shaders.validate(kits.include(moit.technique(name), language))
@@ -95,3 +101,15 @@ def test_its_shaders_are_valid(name, language):
 def test_extents_begin_beyond_any_depth():
     (extents,) = EXTENTS  # the greatest of -depth and of depth, of float32
     assert -np.finfo(np.float32).max < extents.clear < -0.88 * np.finfo(np.float32).max
+
+
+@pytest.mark.parametrize("language", ["glsl", "metal"])
+def test_a_network_is_told_how_long_a_pixels_range_is_of_the_cameras(language, tmp_path):
+    moit.export("neural-bounded(depth_range='pixel')", tmp_path, language, depth_range=(1, 100))
+    page = (tmp_path / "README.md").read_text()
+    own = "moit_extents own = moit_fetched_extents("
+    assert re.search(rf"{re.escape(own)}.*\n *moit_factors pixel = moit_factor\(.*, own\);", page)
+    factors = page.partition("// the pass for factors")[2].partition("// shading")[0]
+    assert own in factors and "--depth-range 1,100" in page  # which its scale hangs on
+    shading = page.partition("// the pass for factors")[2].partition("// shading")[2]
+    assert own in shading and "moit_factor(" not in shading.partition("```")[0]

@@ -40,6 +40,26 @@ def test_slices_of_an_extent_are_the_core_s_where_words_are():
     assert np.quantile(error, 0.9) < 1e-5 and np.quantile(error, 0.99) < 1e-3
 
 
+@pytest.mark.parametrize("name", ["anchors4(key_bits=64)", "strong5(key_bits=64)"])
+def test_keys_of_two_words_are_found_in_two_passes_and_tell_depths_apart(name, tmp_path):
+    technique = moit.technique(name)
+    _, error = kit_cases.errors(technique, "glsl", case())
+    assert np.quantile(error, 0.99) < 1e-4 and np.quantile(error, 0.999) < 2e-3
+    moit.export(technique, tmp_path, "wgsl")
+    passes = json.loads((tmp_path / "targets.json").read_text())["passes"]
+    assert [one["name"] for one in passes][:2] == ["keep", "know"]
+    # pairs of surfaces in one word of 16 bits, the nearer one second
+    depth = np.geomspace(0.2, 900, 200)
+    both = np.column_stack([depth * 1.00001, depth])
+    alpha = np.tile([0.5, 0.8], (len(depth), 1))
+    found, _ = kit_programs.through(technique, "glsl", pixels_of(both, alpha))
+    apart = np.abs(found.reshape(-1, 2) - [0.2, 1]).max(1) < 2e-3  # roots have 10 bits
+    assert apart.mean() > 0.9
+    plain = moit.technique(name.partition("(")[0])
+    found, _ = kit_programs.through(plain, "glsl", pixels_of(both, alpha))
+    assert (np.abs(found.reshape(-1, 2) - [0.2, 1]).max(1) < 2e-3).mean() < 0.5
+
+
 def test_totals_of_half_floats_scale_what_blocks_have():
     # which blending rounds, here once
     technique = moit.technique("slices24(table='pixel',resolution=4,total='half')")

@@ -43,6 +43,8 @@ VARIANTS = [
     "trig3(depth_range='pixel')",
     "fourier9(depth_range='pixel',bits=32)",
     "wavelet8(depth_range='pixel')",
+    "neural-bounded(depth_range='pixel')",
+    "neural-bounded6(depth_range='pixel',warp='linear')",
     "two-moments-pass(depth_range='pixel')",
     "moment-transparency(interval='symmetric',bias=1e-6)",
     "two-moments-pass(overestimation=0.25,interval='symmetric')",

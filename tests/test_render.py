@@ -350,6 +350,7 @@ DRAWN += [
     "neural",
     "neural-slices4",
     "anchors2",
+    "slices8(cells=64,resolution=2,total='half')",
     "dfa",
 ]
 

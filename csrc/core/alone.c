@@ -7,8 +7,9 @@
 
 #include <string.h>
 
-/* Where fewer than one pixel in so many is alone, taking it out costs more than it saves. */
-enum { WORTH_IT = 2 };
+/* Where fewer than one pixel in so many is alone, taking it out costs more than it saves: of four
+ * power moments, and of what takes longer to make rules of, or sees them by a network. */
+enum { WORTH_IT = 2, WORTH_MORE = 8 };
 
 /* Those whose total is exp(-b0), of a b0 that is one fragment's absorbance, neither rounded to
  * fewer bits nor a block's. In floats alone: the last bit of a double would be another. */
@@ -22,10 +23,11 @@ bool moit_takes_alone(const moit_job *job) {
            && !moit_extents_are_words(technique);
 }
 
-static bool are_many(const moit_tile *tile) {
+static bool are_many(const moit_technique *technique, const moit_tile *tile) {
+    bool cheap = technique->kind == MOIT_POWER_MOMENTS && technique->count <= 4;
     int alone = 0;
     for (int p = 0; p < tile->pixels; ++p) alone += tile->offsets[p + 1] - tile->offsets[p] == 1;
-    return alone > 0 && alone * WORTH_IT >= tile->pixels;
+    return alone > 0 && alone * (cheap ? WORTH_IT : WORTH_MORE) >= tile->pixels;
 }
 
 static void move(const moit_job *job, void *to, int k, const void *from, int i, int n, int width) {
@@ -68,7 +70,8 @@ void moit_composite_alone(const moit_job *job, moit_tile *tile, const double *ba
                           bool per_pixel, void *out) {
     moit_precision precision = job->fragments->precision;
     const void *alpha = tile->alpha, *color = tile->color;
-    if (tile->source || tile->opacity[0] || tile->weights || !are_many(tile)) return;
+    if (tile->source || tile->opacity[0] || tile->weights || !are_many(job->technique, tile))
+        return;
     int alone = take_apart(job, tile);
     for (int k = 0; k < alone; ++k)
         moit_set_number(precision, tile->kept_weights, k,

@@ -34,10 +34,9 @@ FN number fine_word(real u) {
     return whole + digits * 0.00390625;
 }
 
-// A key in three: its upper 22 bits, 8 of how near within a word, where keys have them, and the
-// lower 10. A fragment that lets through as much as makes no difference to the latter is none to
-// keep: all are 0.
-STRUCT(anchor_key) { number upper, fine, lower; };
+// A key in two: its upper 22 bits, and the lower 10. A fragment that lets through as much as makes
+// no difference to the latter is none to keep: all are 0.
+STRUCT(anchor_key) { number upper, lower; };
 
 FN anchor_key anchor_key_of(real alpha, real u, real word, real gamma) {
     const real slope = K(ANCHOR_IMPORTANCE / (ANCHOR_OCTAVES * 0.69314718055994530942));
@@ -50,11 +49,15 @@ FN anchor_key anchor_key_of(real alpha, real u, real word, real gamma) {
     anchor_key key;
     real whole = whole_below(word);
     real upper = importance * 65536.0 + (65535.0 - whole);
-    real fine = 255.0 - (word - whole) * 256.0;
     key.upper = select(lower > 0.0, upper, K(0.0));
-    key.fine = select(lower > 0.0, fine, K(0.0));
     key.lower = lower;
     return key;
+}
+
+// Where keys have more bits, 8 between these: how near within a word.
+FN number anchor_fine(anchor_key key, real word) {
+    real fine = 255.0 - (word - whole_below(word)) * 256.0;
+    return select(key.lower > 0.0, fine, K(0.0));
 }
 
 // The absorbance that a key's lower bits stand for, at most that of max_alpha = 1 - shrink.

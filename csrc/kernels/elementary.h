@@ -12,7 +12,7 @@ FN number within(real x, real most) {
     return min(least, most);
 }
 
-// The greatest integer that x in [0, 2^22) is not below.
+// The greatest integer that x, between -2^22 and 2^22, is not below.
 FN number whole_below(real x) {
     real near = nearest_integer(x);
     return select(near > x, near - 1.0, near);

@@ -104,23 +104,55 @@ FN number NAMED(lowest_root_step)(real p, real c, real e[NODES], real gap[NODES]
     return next;
 }
 
-// It starts where it were with the first pole alone, and is sought no farther than `most`, until a
-// step moves it by no more than its share `converged`. Where it is not `wanted`, it is not worth
-// more than what is done for all.
+// The root on its way: where it is sought, and whether a step more is worth it.
+STRUCT(NAMED(sought_root)) {
+    number s;
+    truth more;
+};
+
+// It starts where it were with the first pole alone, and a step from there, and is sought no
+// farther than `most`. Where it is not `wanted`, it is not worth more than what is done for all.
+FN NAMED(sought_root) NAMED(lowest_root_start)(real p, real c, real e[NODES], real gap[NODES],
+                                               int poles, real most, truth wanted) {
+    const real least = K(BY_PRECISION(1e-12, 1e-60));
+    PRECISE NAMED(sought_root) x;
+    x.s = clamp(NAMED(positive_root)(p, c, p * e[0]), least, most);
+    if (poles > 1) x.s = clamp(NAMED(lowest_root_step)(p, c, e, gap, poles, x.s), least, most);
+    x.more = wanted;
+    return x;
+}
+
+// A step more, until one moves it by no more than its share `converged`.
+FN NAMED(sought_root)
+    NAMED(lowest_root_nearer)(NAMED(sought_root) from, real converged, real p, real c,
+                              real e[NODES], real gap[NODES], int poles, real most) {
+    const real least = K(BY_PRECISION(1e-12, 1e-60));
+    PRECISE NAMED(sought_root) x = from;
+    real next = clamp(NAMED(lowest_root_step)(p, c, e, gap, poles, x.s), least, most);
+    real moved = abs(next - x.s);
+    x.s = select(x.more, next, x.s);
+    x.more = BOTH(x.more, moved > converged * x.s);
+    return x;
+}
+
+// So many steps have been taken since the start.
+FN number NAMED(lowest_root_found)(NAMED(sought_root) from, int taken, real converged, real p,
+                                   real c, real e[NODES], real gap[NODES], int poles, real most) {
+    PRECISE NAMED(sought_root) x = from;
+    for (int step = taken + 1; step < LOWEST_STEPS; ++step) {
+        BREAK_UNLESS(x.more);
+        x = NAMED(lowest_root_nearer)(x, converged, p, c, e, gap, poles, most);
+    }
+    return x.s;
+}
+
 FN number NAMED(lowest_root_to)(real converged, real p, real c, real e[NODES], real gap[NODES],
                                 int poles, real most, truth wanted) {
-    const real least = K(BY_PRECISION(1e-12, 1e-60));
-    real s = clamp(NAMED(positive_root)(p, c, p * e[0]), least, most);
+    NAMED(sought_root) x = NAMED(lowest_root_start)(p, c, e, gap, poles, most, wanted);
+    real s = x.s;
     if (poles > 1) {
-        s = clamp(NAMED(lowest_root_step)(p, c, e, gap, poles, s), least, most);
-        truth more = wanted;
-        for (int step = 1; step < LOWEST_STEPS; ++step) {
-            real next = clamp(NAMED(lowest_root_step)(p, c, e, gap, poles, s), least, most);
-            real moved = abs(next - s);
-            s = select(more, next, s);
-            more = BOTH(more, moved > converged * s);
-            BREAK_UNLESS(more);
-        }
+        x = NAMED(lowest_root_nearer)(x, converged, p, c, e, gap, poles, most);
+        s = NAMED(lowest_root_found)(x, 1, converged, p, c, e, gap, poles, most);
     }
     return s;
 }
@@ -292,45 +324,43 @@ FN NAMED(place) NAMED(place_of)(NAMED(rule) r, real z) {
     return NAMED(place_among)(o, r.e, r.d);
 }
 
-// Weight at z and in front of z of the distribution with a node at z (algorithm 1's w_0, and the
-// sum of its w_l with z_l < z).
-FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
-    NAMED(place) o = NAMED(place_of)(r, z);
-    PRECISE NAMED(masses) mass;
-    mass.at = o.at;
+// A ray seen from one of its ends: residues and gaps from there, and the level of which the node
+// that lies farthest out is the root (lowest_root_step). That one counts only where z is `inside`.
+STRUCT(NAMED(outer_end)) {
+    number e[NODES];
+    number gap[NODES];
+    number level;
+    truth mirrored; // seen from the far end
+    truth inside;
+};
 
-#if NODES == 1
-    // Two nodes in all: z, and one on the other side of the mean (Cantelli).
-    mass.in_front = select(o.from[0] > 0.0, 1.0 - mass.at, K(0.0));
-#elif NODES == 2
-    // One node in front of z, if any but not all: f(x) = f(z) without the root x = z is quadratic.
-    real gap = (r.g[1] - r.g[0]) + (r.g_low[1] - r.g_low[0]);
-    real apart[NODES];
-    apart[0] = NAMED(positive_root)(o.p, o.q - o.p * gap, r.e[0] * o.first * gap);
-    apart[0] = min(apart[0], K(FARTHEST));
-    apart[1] = apart[0] + gap;
-    real lowest = NAMED(node_weight)(apart, r.e, r.d);
-    mass.in_front = select(o.from[1] > 0.0, 1.0 - mass.at, select(o.from[0] > 0.0, lowest, K(0.0)));
-#else
-    // Few nodes lie on one side of z; where it is the far side, look at the ray from its end.
-    truth mirrored = o.from[NODES / 2] > 0.0;
-    real e[NODES];
-    real gap[NODES];
-    real apart[NODES];
+#if NODES > 2
+// From the end with fewer nodes between it and z.
+FN NAMED(outer_end) NAMED(outer_end_of)(NAMED(rule) r, NAMED(place) o) {
+    PRECISE NAMED(outer_end) end;
+    end.mirrored = o.from[NODES / 2] > 0.0;
     for (int i = 0; i < NODES; ++i) {
         int k = NODES - 1 - i;
         real above = (r.g[i] - r.g[0]) + (r.g_low[i] - r.g_low[0]);
         real below = (r.g[NODES - 1] - r.g[k]) + (r.g_low[NODES - 1] - r.g_low[k]);
-        e[i] = select(mirrored, r.e[k], r.e[i]);
-        gap[i] = select(mirrored, below, above);
+        end.e[i] = select(end.mirrored, r.e[k], r.e[i]);
+        end.gap[i] = select(end.mirrored, below, above);
     }
-    real ahead = select(mirrored, -o.from[NODES - 1], o.from[0]);
-    real level = select(mirrored, -o.q, o.q) - o.p * ahead; // p (g - f(z)) at that end
-    truth inside = BOTH(o.from[0] > 0.0, o.from[NODES - 1] <= 0.0);
-    real s = NAMED(lowest_root)(o.p, level, e, gap, NODES, K(FARTHEST), inside);
-    for (int i = 0; i < NODES; ++i) apart[i] = s + gap[i];
-    real outermost = NAMED(node_weight)(apart, e, r.d);
-    real ends = select(mirrored, (1.0 - mass.at) - outermost, outermost);
+    real ahead = select(end.mirrored, -o.from[NODES - 1], o.from[0]);
+    end.level = select(end.mirrored, -o.q, o.q) - o.p * ahead; // p (g - f(z)) at that end
+    end.inside = BOTH(o.from[0] > 0.0, o.from[NODES - 1] <= 0.0);
+    return end;
+}
+
+// Weights, as below, where the outermost node lies s beyond the end.
+FN NAMED(masses)
+    NAMED(masses_from_end)(NAMED(rule) r, NAMED(place) o, NAMED(outer_end) end, real s) {
+    PRECISE NAMED(masses) mass;
+    mass.at = o.at;
+    real apart[NODES];
+    for (int i = 0; i < NODES; ++i) apart[i] = s + end.gap[i];
+    real outermost = NAMED(node_weight)(apart, end.e, r.d);
+    real ends = select(end.mirrored, (1.0 - mass.at) - outermost, outermost);
 #if NODES == 4
     // z between the second and third g: two nodes in front, the second in the first interval.
     PRECISE NAMED(between) x;
@@ -345,12 +375,42 @@ FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
     apart[3] = (offset[3] - offset[1]) + x.to_high;
     real second = NAMED(node_weight)(apart, r.e, r.d);
     truth central = o.from[1] > 0.0;
-    ends = select(mirrored, ends, select(central, outermost + second, outermost));
+    ends = select(end.mirrored, ends, select(central, outermost + second, outermost));
 #endif
     mass.in_front = select(o.from[0] > 0.0, ends, K(0.0));
     mass.in_front = select(o.from[NODES - 1] > 0.0, 1.0 - mass.at, mass.in_front);
-#endif
     mass.in_front = clamp(mass.in_front, K(0.0), 1.0 - mass.at);
+    return mass;
+}
+#endif
+
+// Weight at z and in front of z of the distribution with a node at z (algorithm 1's w_0, and the
+// sum of its w_l with z_l < z).
+FN NAMED(masses) NAMED(masses_at)(NAMED(rule) r, real z) {
+    NAMED(place) o = NAMED(place_of)(r, z);
+    PRECISE NAMED(masses) mass;
+#if NODES == 1
+    // Two nodes in all: z, and one on the other side of the mean (Cantelli).
+    mass.at = o.at;
+    mass.in_front = select(o.from[0] > 0.0, 1.0 - mass.at, K(0.0));
+    mass.in_front = clamp(mass.in_front, K(0.0), 1.0 - mass.at);
+#elif NODES == 2
+    // One node in front of z, if any but not all: f(x) = f(z) without the root x = z is quadratic.
+    mass.at = o.at;
+    real gap = (r.g[1] - r.g[0]) + (r.g_low[1] - r.g_low[0]);
+    real apart[NODES];
+    apart[0] = NAMED(positive_root)(o.p, o.q - o.p * gap, r.e[0] * o.first * gap);
+    apart[0] = min(apart[0], K(FARTHEST));
+    apart[1] = apart[0] + gap;
+    real lowest = NAMED(node_weight)(apart, r.e, r.d);
+    mass.in_front = select(o.from[1] > 0.0, 1.0 - mass.at, select(o.from[0] > 0.0, lowest, K(0.0)));
+    mass.in_front = clamp(mass.in_front, K(0.0), 1.0 - mass.at);
+#else
+    // Few nodes lie on one side of z; where it is the far side, look at the ray from its end.
+    NAMED(outer_end) end = NAMED(outer_end_of)(r, o);
+    real s = NAMED(lowest_root)(o.p, end.level, end.e, end.gap, NODES, K(FARTHEST), end.inside);
+    mass = NAMED(masses_from_end)(r, o, end, s);
+#endif
     return mass;
 }
 

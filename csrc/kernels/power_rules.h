@@ -157,6 +157,65 @@ FN NAMED(roots) NAMED(two_roots)(real level, real g, real e) {
 }
 #endif
 
+// The k poles from the lowest one, or with back 1 from the highest.
+FN NAMED(outer_end) NAMED(end_of_poles)(real level, real g[NODES], real e[NODES], int k, int back) {
+    PRECISE NAMED(outer_end) end;
+    for (int j = 0; j < NODES; ++j) {
+        end.e[j] = K(0.0);
+        end.gap[j] = K(1.0);
+        if (j < k) {
+            end.e[j] = e[j];
+            end.gap[j] = g[j] - g[0];
+            if (back == 1) {
+                end.e[j] = e[k - 1 - j];
+                end.gap[j] = g[k - 1] - g[k - 1 - j];
+            }
+        }
+    }
+    end.level = g[0] - level;
+    if (back == 1) end.level = level - g[k - 1];
+    end.mirrored = K(back) > 0.0;
+    end.inside = EVERYWHERE;
+    return end;
+}
+
+// All roots, the first so far `below` the lowest of k > 1 poles, the last `above` the highest.
+FN NAMED(roots)
+    NAMED(roots_within)(real level, real g[NODES], real e[NODES], int k, NAMED(outer_end) front,
+                        real below, NAMED(outer_end) back, real above) {
+    PRECISE NAMED(roots) r;
+    real apart[NODES]; // from the g
+    for (int i = 0; i < NODES; ++i) {
+        r.node[i] = level;
+        r.give[i] = K(1.0);
+    }
+    r.node[0] = g[0] - below;
+    for (int j = 0; j < k; ++j) apart[j] = below + front.gap[j];
+    r.give[0] = NAMED(give_at)(apart, e, k);
+    r.node[k] = g[k - 1] + above;
+    for (int j = 0; j < k; ++j) apart[j] = above + back.gap[j];
+    r.give[k] = NAMED(give_at)(apart, back.e, k);
+    // Roots sum to level and all g. So the last is known but for what rounding did to the others.
+    real rest = (level + below) - above;
+    for (int i = 1; i < k; ++i) {
+        real offset[NODES];
+        for (int j = 0; j < NODES; ++j) offset[j] = g[j] - g[i - 1];
+        PRECISE NAMED(between) x;
+        real v = level - g[i - 1];
+        if (i == k - 1) x = NAMED(between_ends)(rest - g[i - 1], offset[i]);
+        else x = NAMED(middle_guess)(K(1.0), v, e, offset, i - 1, k);
+        x = NAMED(middle_root)(x, K(1.0), v, e, offset, i - 1, k, EVERYWHERE);
+        r.node[i] = g[i - 1] + x.from_low;
+        rest = rest + ((g[i] - g[i - 1]) - x.from_low);
+        for (int j = 0; j < k; ++j) {
+            if (j < i) apart[j] = x.from_low - offset[j];
+            else apart[j] = x.to_high + (offset[j] - offset[i]);
+        }
+        r.give[i] = NAMED(give_at)(apart, e, k);
+    }
+    return r;
+}
+
 // `converged`: see lowest_root_to.
 FN NAMED(roots)
     NAMED(interlaced_roots)(real level, real g[NODES], real e[NODES], int k, real converged) {
@@ -169,51 +228,14 @@ FN NAMED(roots)
     if (k == 1) r = NAMED(two_roots)(level, g[0], e[0]);
 #endif
     if (k > 1) {
-        real turned[NODES]; // seen from the far end
-        real gap[NODES];
-        real turned_gap[NODES];
-        real apart[NODES]; // from the g
-        for (int j = 0; j < NODES; ++j) {
-            turned[j] = K(0.0);
-            gap[j] = K(1.0);
-            turned_gap[j] = K(1.0);
-            if (j < k) {
-                turned[j] = e[k - 1 - j];
-                gap[j] = g[j] - g[0];
-                turned_gap[j] = g[k - 1] - g[k - 1 - j];
-            }
-        }
-        real beyond = g[0] - level;
-        real below =
-            NAMED(lowest_root_to)(converged, K(1.0), beyond, e, gap, k, K(FARTHEST), EVERYWHERE);
-        r.node[0] = g[0] - below;
-        for (int j = 0; j < k; ++j) apart[j] = below + gap[j];
-        r.give[0] = NAMED(give_at)(apart, e, k);
-        beyond = level - g[k - 1];
-        real above = NAMED(lowest_root_to)(converged, K(1.0), beyond, turned, turned_gap, k,
-                                           K(FARTHEST), EVERYWHERE);
-        r.node[k] = g[k - 1] + above;
-        for (int j = 0; j < k; ++j) apart[j] = above + turned_gap[j];
-        r.give[k] = NAMED(give_at)(apart, turned, k);
-        // Roots sum to level and all g. So the last is known but for what rounding did to the
-        // others.
-        real rest = (level + below) - above;
-        for (int i = 1; i < k; ++i) {
-            real offset[NODES];
-            for (int j = 0; j < NODES; ++j) offset[j] = g[j] - g[i - 1];
-            PRECISE NAMED(between) x;
-            real v = level - g[i - 1];
-            if (i == k - 1) x = NAMED(between_ends)(rest - g[i - 1], offset[i]);
-            else x = NAMED(middle_guess)(K(1.0), v, e, offset, i - 1, k);
-            x = NAMED(middle_root)(x, K(1.0), v, e, offset, i - 1, k, EVERYWHERE);
-            r.node[i] = g[i - 1] + x.from_low;
-            rest = rest + ((g[i] - g[i - 1]) - x.from_low);
-            for (int j = 0; j < k; ++j) {
-                if (j < i) apart[j] = x.from_low - offset[j];
-                else apart[j] = x.to_high + (offset[j] - offset[i]);
-            }
-            r.give[i] = NAMED(give_at)(apart, e, k);
-        }
+        const real most = K(FARTHEST);
+        NAMED(outer_end) front = NAMED(end_of_poles)(level, g, e, k, 0);
+        NAMED(outer_end) back = NAMED(end_of_poles)(level, g, e, k, 1);
+        real below = NAMED(lowest_root_to)(converged, K(1.0), front.level, front.e, front.gap, k,
+                                           most, EVERYWHERE);
+        real above = NAMED(lowest_root_to)(converged, K(1.0), back.level, back.e, back.gap, k, most,
+                                           EVERYWHERE);
+        r = NAMED(roots_within)(level, g, e, k, front, below, back, above);
     }
     return r;
 }
@@ -225,9 +247,8 @@ STRUCT(NAMED(partial)) {
     number e[NODES];
 };
 
-FN NAMED(partial) NAMED(one_more_node)(NAMED(partial) fewer, NAMED(recurrence) c, int k) {
+FN NAMED(partial) NAMED(partial_of)(NAMED(roots) found, NAMED(recurrence) c, int k) {
     PRECISE NAMED(partial) o;
-    NAMED(roots) found = NAMED(interlaced_roots)(c.a[k], fewer.g, fewer.e, k, c.converged);
     for (int i = 0; i < NODES; ++i) {
         o.g[i] = K(0.0);
         o.e[i] = K(0.0);
@@ -239,16 +260,39 @@ FN NAMED(partial) NAMED(one_more_node)(NAMED(partial) fewer, NAMED(recurrence) c
     return o;
 }
 
+FN NAMED(partial) NAMED(one_more_node)(NAMED(partial) fewer, NAMED(recurrence) c, int k) {
+    NAMED(roots) found = NAMED(interlaced_roots)(c.a[k], fewer.g, fewer.e, k, c.converged);
+    return NAMED(partial_of)(found, c, k);
+}
+
+// Of the one node that p_1 has.
+FN NAMED(partial) NAMED(first_node)(NAMED(recurrence) c) {
+    PRECISE NAMED(partial) o;
+    for (int i = 0; i < NODES; ++i) {
+        o.g[i] = K(0.0);
+        o.e[i] = K(0.0);
+    }
+    o.g[0] = c.a[0];
+    o.e[0] = c.square[1];
+    return o;
+}
+
+// From the whole.
+FN NAMED(rule) NAMED(rule_from)(NAMED(recurrence) c, NAMED(partial) all) {
+    PRECISE NAMED(rule) r;
+    r.d = c.square[1];
+    for (int k = 1; k < NODES; ++k) r.d = r.d * c.square[k + 1];
+    for (int i = 0; i < NODES; ++i) {
+        r.g[i] = all.g[i];
+        r.g_low[i] = K(0.0);
+        r.e[i] = all.e[i];
+    }
+    return r;
+}
+
 // The n-point Gauss rule in the form that power_moments.h explains, built up node by node.
 FN NAMED(rule) NAMED(rule_of)(NAMED(recurrence) c) {
-    PRECISE NAMED(rule) r;
-    PRECISE NAMED(partial) all;
-    for (int i = 0; i < NODES; ++i) {
-        all.g[i] = K(0.0);
-        all.e[i] = K(0.0);
-    }
-    all.g[0] = c.a[0];
-    all.e[0] = c.square[1];
+    NAMED(partial) all = NAMED(first_node)(c);
     // with a count that compilers know each time
 #if NODES > 1
     all = NAMED(one_more_node)(all, c, 1);
@@ -259,14 +303,7 @@ FN NAMED(rule) NAMED(rule_of)(NAMED(recurrence) c) {
 #if NODES > 3
     all = NAMED(one_more_node)(all, c, 3);
 #endif
-    r.d = c.square[1];
-    for (int k = 1; k < NODES; ++k) r.d = r.d * c.square[k + 1];
-    for (int i = 0; i < NODES; ++i) {
-        r.g[i] = all.g[i];
-        r.g_low[i] = K(0.0);
-        r.e[i] = all.e[i];
-    }
-    return r;
+    return NAMED(rule_from)(c, all);
 }
 
 // floats: 1 of moments that floats or fewer digits hold, else 0.

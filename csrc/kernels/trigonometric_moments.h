@@ -120,58 +120,97 @@ FN NAMED(distances)
     return o;
 }
 
-// Weight at z and in front of z (eq. 6) of the distribution with a node at z.
-FN NAMED(masses) NAMED(circle_masses_at)(NAMED(circle_rule) r, wrapping_zone zone, real z) {
+// z among the nodes of a rule (place_among), p and q as shares, since roots may lie far out. The
+// outermost nodes: where most lie in front of z, those behind are counted, so that an outermost
+// node on the other side counts only in the zone.
+STRUCT(NAMED(circle_place)) {
+    number from[NODES];
+    number p;
+    number q;
+    number at;
+    truth most_ahead;
+    truth first_wanted;
+    truth last_wanted;
+};
+
+FN NAMED(circle_place) NAMED(circle_place_of)(NAMED(circle_rule) r, wrapping_zone zone, real z) {
     real y = on_the_line(zone, z);
     NAMED(distances) apart_from_z = NAMED(circle_distances)(r, zone, z, y);
-    PRECISE NAMED(place) o = NAMED(place_among)(apart_from_z, r.e, r.d * NAMED(circle_scale)(y));
-    PRECISE NAMED(masses) mass;
-    mass.at = o.at;
-
-    // The outermost nodes. Where most lie in front of z, those behind are counted, so that an
-    // outermost node on the other side counts only in the zone.
-    truth most_ahead = o.from[NODES / 2] > 0.0;
-    // p and p f(y) as shares, as roots may lie far out
-    real part = 1.0 / max(o.p + abs(o.q), K(BY_PRECISION(1e-37, 1e-300)));
-    o.p = o.p * part;
-    o.q = o.q * part;
+    NAMED(place) found = NAMED(place_among)(apart_from_z, r.e, r.d * NAMED(circle_scale)(y));
+    PRECISE NAMED(circle_place) o;
+    for (int i = 0; i < NODES; ++i) o.from[i] = found.from[i];
+    o.at = found.at;
+    o.most_ahead = o.from[NODES / 2] > 0.0;
+    real part = 1.0 / max(found.p + abs(found.q), K(BY_PRECISION(1e-37, 1e-300)));
+    o.p = found.p * part;
+    o.q = found.q * part;
     real level = o.p * y - o.q;
-    real first_counts = select(most_ahead, o.p * r.f_front - level, o.from[0]);
-    real last_counts = select(most_ahead, -o.from[NODES - 1], level - o.p * r.f_back);
-    truth first_wanted = first_counts > 0.0;
-    truth last_wanted = last_counts >= 0.0;
-    const real most = K(BY_PRECISION(1e6, 1e12));
-    real end[NODES];
-    real gap[NODES];
-    real apart[NODES];
-    for (int i = 0; i < NODES; ++i) gap[i] = (r.g[i] - r.g[0]) + (r.g_low[i] - r.g_low[0]);
-    real s = NAMED(lowest_root)(o.p, o.q - o.p * o.from[0], r.e, gap, NODES, most, first_wanted);
-    for (int i = 0; i < NODES; ++i) apart[i] = s + gap[i];
-    real root = r.g[0] - s;
-    real inverse = 1.0 / max(abs(root), K(1.0));
-    real first = NAMED(far_weight)(root, inverse, apart, r.e, r.d);
-    real past = min(select(root < 0.0, inverse, zone.edge), zone.edge);
-    real share = wrapped_share(zone, -past);
-    first = select(most_ahead, first * (1.0 - share), first * share);
+    real first_counts = select(o.most_ahead, o.p * r.f_front - level, o.from[0]);
+    real last_counts = select(o.most_ahead, -o.from[NODES - 1], level - o.p * r.f_back);
+    o.first_wanted = first_counts > 0.0;
+    o.last_wanted = last_counts >= 0.0;
+    return o;
+}
 
+#define CIRCLE_FARTHEST BY_PRECISION(1e6, 1e12)
+
+// The ray from one of its ends; back: 1 from the far one, else 0.
+FN NAMED(outer_end) NAMED(circle_end_of)(NAMED(circle_rule) r, NAMED(circle_place) o, int back) {
+    PRECISE NAMED(outer_end) end;
     for (int i = 0; i < NODES; ++i) {
         int k = NODES - 1 - i;
-        end[i] = r.e[k];
-        gap[i] = (r.g[NODES - 1] - r.g[k]) + (r.g_low[NODES - 1] - r.g_low[k]);
+        if (back == 1) {
+            end.e[i] = r.e[k];
+            end.gap[i] = (r.g[NODES - 1] - r.g[k]) + (r.g_low[NODES - 1] - r.g_low[k]);
+        } else {
+            end.e[i] = r.e[i];
+            end.gap[i] = (r.g[i] - r.g[0]) + (r.g_low[i] - r.g_low[0]);
+        }
     }
-    s = NAMED(lowest_root)(o.p, o.p * o.from[NODES - 1] - o.q, end, gap, NODES, most, last_wanted);
-    for (int i = 0; i < NODES; ++i) apart[i] = s + gap[i];
-    root = r.g[NODES - 1] + s;
-    inverse = 1.0 / max(abs(root), K(1.0));
-    real last = NAMED(far_weight)(root, inverse, apart, end, r.d);
-    past = min(select(root > 0.0, inverse, zone.edge), zone.edge);
-    share = wrapped_share(zone, past);
-    last = select(most_ahead, last * (1.0 - share), last * share);
+    end.level = o.q - o.p * o.from[0];
+    end.inside = o.first_wanted;
+    end.mirrored = K(back) > 0.0;
+    if (back == 1) {
+        end.level = o.p * o.from[NODES - 1] - o.q;
+        end.inside = o.last_wanted;
+    }
+    return end;
+}
 
-    real ends = select(first_wanted, first, K(0.0)) + select(last_wanted, last, K(0.0));
+// What of the weight of the outermost node counts, which lies s beyond that end.
+FN number NAMED(counted_end)(NAMED(circle_rule) r, wrapping_zone zone, NAMED(circle_place) o,
+                             NAMED(outer_end) end, int back, real s) {
+    real apart[NODES];
+    for (int i = 0; i < NODES; ++i) apart[i] = s + end.gap[i];
+    real root = r.g[0] - s, outward = -root;
+    if (back == 1) {
+        root = r.g[NODES - 1] + s;
+        outward = root;
+    }
+    real inverse = 1.0 / max(abs(root), K(1.0));
+    real weight = NAMED(far_weight)(root, inverse, apart, end.e, r.d);
+    real past = min(select(outward > 0.0, inverse, zone.edge), zone.edge);
+    if (back == 0) past = -past;
+    real share = wrapped_share(zone, past);
+    weight = select(o.most_ahead, weight * (1.0 - share), weight * share);
+    return select(end.inside, weight, K(0.0));
+}
+
+// Weight at z and in front of z, where so much of the outermost nodes and of others counts.
+FN NAMED(masses) NAMED(circle_masses)(NAMED(circle_place) o, real ends) {
+    PRECISE NAMED(masses) mass;
+    mass.at = o.at;
+    mass.in_front = select(o.most_ahead, (1.0 - mass.at) - ends, ends);
+    mass.in_front = clamp(mass.in_front, K(0.0), 1.0 - mass.at);
+    return mass;
+}
+
 #if NODES == 4
-    // z between the second and third g: two nodes in front, the second in the first interval.
+// Where z lies between the second and third g there are two nodes in front: the weight of the
+// second, which is in the first interval.
+FN number NAMED(second_weight)(NAMED(circle_rule) r, NAMED(circle_place) o) {
     PRECISE NAMED(between) x;
+    real apart[NODES];
     real offset[NODES];
     for (int i = 0; i < NODES; ++i) offset[i] = (r.g[i] - r.g[0]) + (r.g_low[i] - r.g_low[0]);
     truth middle = BOTH(o.from[1] > 0.0, o.from[2] <= 0.0);
@@ -182,11 +221,25 @@ FN NAMED(masses) NAMED(circle_masses_at)(NAMED(circle_rule) r, wrapping_zone zon
     apart[2] = (offset[2] - offset[1]) + x.to_high;
     apart[3] = (offset[3] - offset[1]) + x.to_high;
     real second = NAMED(node_weight)(apart, r.e, r.d * NAMED(circle_scale)(r.g[0] + x.from_low));
-    ends = ends + select(middle, second, K(0.0));
+    return select(middle, second, K(0.0));
+}
 #endif
-    mass.in_front = select(most_ahead, (1.0 - mass.at) - ends, ends);
-    mass.in_front = clamp(mass.in_front, K(0.0), 1.0 - mass.at);
-    return mass;
+
+// Weight at z and in front of z (eq. 6) of the distribution with a node at z.
+FN NAMED(masses) NAMED(circle_masses_at)(NAMED(circle_rule) r, wrapping_zone zone, real z) {
+    NAMED(circle_place) o = NAMED(circle_place_of)(r, zone, z);
+    const real most = K(CIRCLE_FARTHEST);
+    NAMED(outer_end) end = NAMED(circle_end_of)(r, o, 0);
+    real s = NAMED(lowest_root)(o.p, end.level, end.e, end.gap, NODES, most, end.inside);
+    real first = NAMED(counted_end)(r, zone, o, end, 0, s);
+    end = NAMED(circle_end_of)(r, o, 1);
+    s = NAMED(lowest_root)(o.p, end.level, end.e, end.gap, NODES, most, end.inside);
+    real last = NAMED(counted_end)(r, zone, o, end, 1, s);
+    real ends = first + last;
+#if NODES == 4
+    ends = ends + NAMED(second_weight)(r, o);
+#endif
+    return NAMED(circle_masses)(o, ends);
 }
 
 // As those of power moments.

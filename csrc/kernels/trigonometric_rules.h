@@ -124,9 +124,17 @@ STRUCT(NAMED(circle_nodes)) {
 // as a point of the line like y itself. Szego's step makes of it D(y) = offset - factor F(y), and
 // the next nodes are where D(y) = y: y is where it equals a level plus a sum of poles at the nodes
 // so far, one in each interval.
-FN NAMED(circle_nodes)
-    NAMED(one_more_circle_node)(NAMED(circle_nodes) fewer, NAMED(circle_recurrence) c, int k) {
-    PRECISE NAMED(circle_nodes) o;
+STRUCT(NAMED(circle_step)) {
+    number level;
+    number e[NODES];
+    number share; // of weights that their slopes give
+    number at_infinity;
+    circle_point phase;
+};
+
+FN NAMED(circle_step)
+    NAMED(circle_step_of)(NAMED(circle_nodes) fewer, NAMED(circle_recurrence) c, int k) {
+    PRECISE NAMED(circle_step) o;
     real pivots = c.pivot[k + 1] / c.pivot[k];
     // 1 - beta, with beta the coefficient seen from there
     real re = 1.0 - (c.re[k] * fewer.phase.cosine + c.im[k] * fewer.phase.sine);
@@ -135,25 +143,15 @@ FN NAMED(circle_nodes)
     real at_infinity = square * fewer.at_infinity;
     real inverse = 1.0 / (pivots + at_infinity);
     real mean = K(0.0);
-    real e[NODES];
     for (int i = 0; i < NODES; ++i) {
-        e[i] = K(0.0);
+        o.e[i] = K(0.0);
         if (i < k) {
             mean = mean + fewer.weight[i] * fewer.g[i];
-            e[i] = square * fewer.weight[i] * (1.0 + fewer.g[i] * fewer.g[i]) * inverse;
+            o.e[i] = square * fewer.weight[i] * (1.0 + fewer.g[i] * fewer.g[i]) * inverse;
         }
     }
-    real level = (2.0 * im + square * mean) * inverse;
-    NAMED(roots) found = NAMED(interlaced_roots)(level, fewer.g, e, k, CONVERGED);
-    real share = pivots * inverse;
-    for (int i = 0; i < NODES; ++i) {
-        o.g[i] = K(0.0);
-        o.weight[i] = K(0.0);
-        if (i <= k) {
-            o.g[i] = found.node[i];
-            o.weight[i] = share * found.give[i];
-        }
-    }
+    o.level = (2.0 * im + square * mean) * inverse;
+    o.share = pivots * inverse;
     o.at_infinity = at_infinity * inverse;
     PRECISE circle_point twice;
     real of_square = 1.0 / square;
@@ -163,12 +161,30 @@ FN NAMED(circle_nodes)
     return o;
 }
 
-// Built up from the distribution whose only node is at infinity.
-FN NAMED(circle_rule)
-    NAMED(circle_rule_of)(NAMED(circle_moments) stored, wrapping_zone zone, real bias, real least) {
-    NAMED(circle_moments) m = NAMED(circle_biased)(stored, zone, bias);
-    NAMED(circle_recurrence) c = NAMED(circle_recurrence_of)(m, least);
-    PRECISE NAMED(circle_rule) r;
+FN NAMED(circle_nodes) NAMED(circle_nodes_of)(NAMED(circle_step) step, NAMED(roots) found, int k) {
+    PRECISE NAMED(circle_nodes) o;
+    for (int i = 0; i < NODES; ++i) {
+        o.g[i] = K(0.0);
+        o.weight[i] = K(0.0);
+        if (i <= k) {
+            o.g[i] = found.node[i];
+            o.weight[i] = step.share * found.give[i];
+        }
+    }
+    o.at_infinity = step.at_infinity;
+    o.phase = step.phase;
+    return o;
+}
+
+FN NAMED(circle_nodes)
+    NAMED(one_more_circle_node)(NAMED(circle_nodes) fewer, NAMED(circle_recurrence) c, int k) {
+    NAMED(circle_step) step = NAMED(circle_step_of)(fewer, c, k);
+    NAMED(roots) found = NAMED(interlaced_roots)(step.level, fewer.g, step.e, k, CONVERGED);
+    return NAMED(circle_nodes_of)(step, found, k);
+}
+
+// With the first two nodes beside that at infinity, from which all begins.
+FN NAMED(circle_nodes) NAMED(first_circle_nodes)(NAMED(circle_recurrence) c) {
     PRECISE NAMED(circle_nodes) all;
     all.at_infinity = K(1.0);
     all.phase.cosine = K(1.0);
@@ -177,15 +193,14 @@ FN NAMED(circle_rule)
         all.g[i] = K(0.0);
         all.weight[i] = K(0.0);
     }
-    // with a count that compilers know each time
     all = NAMED(one_more_circle_node)(all, c, 0);
-    all = NAMED(one_more_circle_node)(all, c, 1);
-#if NODES > 2
-    all = NAMED(one_more_circle_node)(all, c, 2);
-#endif
-#if NODES > 3
-    all = NAMED(one_more_circle_node)(all, c, 3);
-#endif
+    return NAMED(one_more_circle_node)(all, c, 1);
+}
+
+// Of all nodes, with the last pivot.
+FN NAMED(circle_rule)
+    NAMED(circle_rule_from)(NAMED(circle_nodes) all, real pivot, wrapping_zone zone) {
+    PRECISE NAMED(circle_rule) r;
     real at_infinity = max(all.at_infinity, K(1e-30));
     real g[NODES];
     for (int i = 0; i < NODES; ++i) g[i] = all.g[i];
@@ -194,7 +209,7 @@ FN NAMED(circle_rule)
     real of_infinity = 1.0 / at_infinity;
     real sum_front = K(0.0);
     real sum_back = K(0.0);
-    r.d = c.pivot[NODES] * of_infinity;
+    r.d = pivot * of_infinity;
     for (int i = 0; i < NODES; ++i) {
         real square = 1.0 + g[i] * g[i];
         r.z[i] = arctangent(g[i]) * of_turns;
@@ -209,4 +224,20 @@ FN NAMED(circle_rule)
     r.f_front = select(g[0] > -back, sum_front - back, K(1e30));
     r.f_back = select(g[NODES - 1] < back, back - sum_back, K(-1e30));
     return r;
+}
+
+// Built up node by node.
+FN NAMED(circle_rule)
+    NAMED(circle_rule_of)(NAMED(circle_moments) stored, wrapping_zone zone, real bias, real least) {
+    NAMED(circle_moments) m = NAMED(circle_biased)(stored, zone, bias);
+    NAMED(circle_recurrence) c = NAMED(circle_recurrence_of)(m, least);
+    NAMED(circle_nodes) all = NAMED(first_circle_nodes)(c);
+    // with a count that compilers know each time
+#if NODES > 2
+    all = NAMED(one_more_circle_node)(all, c, 2);
+#endif
+#if NODES > 3
+    all = NAMED(one_more_circle_node)(all, c, 3);
+#endif
+    return NAMED(circle_rule_from)(all, c.pivot[NODES], zone);
 }

@@ -28,7 +28,13 @@ from moit.system.progress import Progress, steps
 from moit.system.version import VERSION
 
 # Of options that change passes as another technique would.
-BESIDE = ("front2(key_bits=32)",)
+BESIDE = (
+    "front2(key_bits=32)",
+    # means of blocks of more numbers than four and a total (moit.gpu_costs.stored)
+    "power6(resolution=4,total='full')",
+    "power8(resolution=4,total='full')",
+    "wavelet16(resolution=4)",
+)
 EXACT_ONES = ("power4", "power6", "power8", "trig2", "trig3", "trig4")
 
 # Families before RDNA: there the compiler makes of fma what rounds twice, so that a program which

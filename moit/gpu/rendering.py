@@ -18,19 +18,15 @@ from moit.gpu.bindings import (
     BUFFERS,
     CAPTURE,
     COLLECT,
-    DOUBLES,
     DRAW_ORDERED,
     DRAW_SHADES,
     DRAW_TERMS,
-    DRAW_WORDS,
     EMPTY,
     FACTOR,
     FACTORS,
     FARTHEST_OCCLUDER,
     FETCH,
     FIRST_TARGET,
-    INDICES,
-    INTEGRATE,
     INTERLOCK,
     KEPT,
     LOOK_AGAIN,
@@ -44,12 +40,12 @@ from moit.gpu.bindings import (
     TOTALS,
     group_counts,
 )
+from moit.gpu.changing import changed
 from moit.gpu.described import Passes
 from moit.gpu.drawn import Drawn
 from moit.gpu.meshes import Drawing, Lists
 from moit.gpu.plan import Plan, picture_sizes, replay_sizes, too_large
-from moit.gpu.replaying import find_slices, replay
-from moit.gpu.slice_lists import SlicedPicture
+from moit.gpu.replaying import replay
 
 if TYPE_CHECKING:
     from moit.gpu.foreign import ForeignTextures
@@ -182,56 +178,10 @@ class Picture:
 
     def _draw(self, drawn: Drawn, buffers: dict[int, Any]) -> None:
         if drawn.words:
-            buffers = self._changed(drawn, buffers)
+            buffers = changed(self, drawn, buffers)
         elif drawn.formats:
             buffers = self._captured(drawn, buffers)
         self._shade(drawn, buffers)
-
-    def _changed(self, drawn: Drawn, buffers: dict[int, Any]) -> dict[int, Any]:
-        """Buffers, of which some then hold what fragments make of words, and factors of these."""
-        words = self.buffer("words", 4 * self.pixels * drawn.words)
-        self.device.fill(words, 0)
-        buffers = {**buffers, INDICES: words}
-        sliced, own = None, {}
-        if self.passes.tables:
-            sliced = SlicedPicture(self.fields, self.drawing.width, self.drawing.height)
-            buffers[DOUBLES] = self.buffer("doubles", 8 * self.pixels * self.passes.doubles)
-            self.device.fill(buffers[STATE], 0)
-            self.uniforms |= find_slices(self, sliced, buffers, self._mark) | {"block_side": 1}
-            if sliced.block_side > 1:
-                buffers[STATE] = buffers[BLOCKS]
-        for i in range(1 if sliced else 0, drawn.rounds):
-            self._change_words(i, buffers, {})
-            if drawn.between and i + 1 < drawn.rounds:
-                self.run(BETWEEN, self.pixels, buffers, name="first factor", ROUND=i)
-        if sliced:
-            own = {"block_side": sliced.block_side}
-            self.run(INTEGRATE, sliced.blocks, buffers, uniforms=own, name="factor")
-        for stage in drawn.stages or ():
-            self.run(
-                stage.number,
-                self.pixels,
-                buffers,
-                uniforms=own,
-                double=stage.double,
-                name="factor",
-            )
-        return buffers
-
-    def _mark(self, buffers: dict[int, Any], own: dict[str, Any]) -> None:
-        self._change_words(0, buffers, own)
-
-    def _change_words(self, i: int, buffers: dict[int, Any], own: dict[str, Any]) -> None:
-        with self.timed("second capture" if i else "capture"):
-            self.drawing.draw(
-                self.drawing.transparent,
-                f"techniques/{self.passes.shader}",
-                self.defines(DRAW_WORDS, ROUND=i),
-                buffers=buffers,
-                textures={OCCLUDERS: self.drawing.occluders},
-                uniforms={**self.uniforms, **own, "block_side": 1},
-                size=(self.drawing.width, self.drawing.height),
-            )
 
     def _captured(self, drawn: Drawn, buffers: dict[int, Any]) -> dict[int, Any]:
         """Buffers, of which some then hold what pixels keep, and the factors made of it."""

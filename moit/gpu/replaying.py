@@ -61,6 +61,7 @@ class Replayed(Protocol):
         uniforms: dict[str, Any] | None = None,
         double: bool = False,
         name: str | None = None,
+        **own: Any,
     ) -> None: ...
 
 

@@ -55,8 +55,9 @@ ACCUMULATE_SECOND, FACTOR_SECOND = "accumulate-second", "factor-second"
 MARK, COUNT, PLACE, INTEGRATE = "mark", "count", "place", "integrate"
 # What keeps the rest of keys that have two words.
 MARK_SECOND = "mark-second"
-# Of those whose numbers are of blocks of pixels, which are read between four.
-BETWEEN, BETWEEN_SECOND = "between", "between-second"
+# Of those whose numbers are of blocks of pixels, which are read between four; what makes means of
+# all of a block's.
+BETWEEN, BETWEEN_SECOND, MEANS = "between", "between-second", "means"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -132,8 +133,9 @@ def predicted(
         means = _has_means(technique)
         one = time.fragments(_cycles(costs, ACCUMULATE), written) / (1 if means else blocks)
         spent["capture"] = one * (1 if second else max(1, rounds))
-        if means:  # which read what all pixels have
-            spent["capture"] += time.pixels(0, state + state / blocks, frame.pixels)
+        if means:  # which read what all pixels have, one after the other
+            each = _cycles(costs, MEANS) / TURNS
+            spent["capture"] += time.pixels(each, state + state / blocks, frame.pixels)
         if second:
             spent["capture"] += (
                 time.fragments(_cycles(costs, ACCUMULATE_SECOND), 2 * second) / blocks

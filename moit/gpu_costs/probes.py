@@ -23,6 +23,7 @@ from moit.gpu_costs.frames import (
     INTEGRATE,
     MARK,
     MARK_SECOND,
+    MEANS,
     PLACE,
     RESOLVE,
     TRANSMITTANCE,
@@ -43,6 +44,7 @@ FUNCTIONS = {
         "moit_accumulate_color",
         "moit_accumulate",
     ),
+    MEANS: ("moit_mean",),
     FACTOR: ("moit_factor_of_words", "moit_factor"),
     ACCUMULATE_SECOND: ("moit_accumulate_second",),
     FACTOR_SECOND: ("moit_factor_second",),
@@ -70,10 +72,12 @@ FRAGMENT = {
     "share": "vec4",
     "pixel": "uvec2",
     "place": "uvec2",
+    "texel": "ivec2",
     "size": "uvec2",
     "index": "uint",
 }
 UNIFORM = 61  # binding of the first
+TEXTURES = 20  # binding of what stands for them
 ARRAYS = 40  # binding of the first array that fragments share
 # Loops over slices are counted as of so many.
 LOOPED = 8
@@ -137,6 +141,7 @@ def _probe(text: str, function: str, loops: bool = False) -> str:
     arrays = re.findall(r"binding = (MOIT_BINDING_\w+)\) buffer", text)
     lines = [
         "#version 450",
+        *(_textures(text) if function in FUNCTIONS[MEANS] else []),
         *(f"#define {one} {UNIFORM + i}" for i, one in enumerate(block)),
         *(f"#define {one} {ARRAYS + i}" for i, one in enumerate(arrays)),
         *([f"#define MOIT_SLOTS {LOOPED}"] if loops else []),
@@ -147,6 +152,17 @@ def _probe(text: str, function: str, loops: bool = False) -> str:
         f"void main() {{ {'' if given == 'void' else f'at_{binding}_{here} = '}{call}; }}",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _textures(text: str) -> Iterator[str]:
+    """What stands for textures, of which a text has macros: arrays, and how large they are."""
+    size = f"layout(std430, binding = {TEXTURES}) readonly buffer sizes_ {{ ivec2 size_; }};"
+    yield from (size, "#define MOIT_PIXELS size_", "#define MOIT_TEXELS size_")
+    for i in re.findall(r"#define MOIT_FETCH_(\d+)\(", text):
+        yield _BUFFER.format(
+            TEXTURES + 1 + int(i), "readonly ", f"texture_{i}", "vec4", f"texel_{i}"
+        )
+        yield f"#define MOIT_FETCH_{i}(pixel) at_texel_{i}_[(pixel).y * size_.x + (pixel).x]"
 
 
 def _taken(function: str, parameters: list[tuple[str, str]]) -> Iterator[tuple[str, str]]:

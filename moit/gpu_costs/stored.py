@@ -11,7 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from moit.catalog import Technique, listed
+from moit.catalog.blocks import InBlocks
 from moit.gpu_costs.cost import Cost
+from moit.gpu_costs.frames import ACCUMULATE, BETWEEN, MEANS
 from moit.system.files import write_text
 
 FILE = Path(__file__).with_name("costs.json")
@@ -95,8 +97,21 @@ class Costs:
             for name in names:
                 found = self.passes(name, family, text)
                 if found is not None:
+                    in_blocks = isinstance(one, InBlocks) and one.block_side > 1
+                    if in_blocks and text == ENGINE and MEANS not in found:
+                        found = found | self._of_blocks(family, found[ACCUMULATE].bytes)
                     return text, name, found
         return None
+
+    def _of_blocks(self, family: str, size: int) -> dict[str, Cost]:
+        """What passes between blocks cost beside, whose states have nearly so many bytes."""
+        found = [
+            passes
+            for (text, _, of), passes in self._passes.items()
+            if (text, of) == (ENGINE, family) and MEANS in passes
+        ]
+        nearest = min(found, key=lambda passes: abs(passes[MEANS].bytes - size), default={})
+        return {name: cost for name, cost in nearest.items() if name in (MEANS, BETWEEN)}
 
 
 def stored() -> Costs:

@@ -39,12 +39,6 @@ def check_blocks(technique: Any, plain: str) -> None:
     if technique.upsampling != "bilinear":
         why = "the text reads blocks by their shares alone, not by the depth of what is opaque"
         raise no_kit(technique, why, f"'{plain}(resolution={technique.resolution})'")
-    if technique.total == "full" and technique.kind in ("fourier", "wavelet"):
-        why = (
-            "a pixel's own total is a sum over its coefficients, of which no target has it alone; "
-            "the text scales blocks to a target of totals, as moments have"
-        )
-        raise no_kit(technique, why, f"'{plain}(resolution={technique.resolution})'")
 
 
 def in_blocks(technique: Any, recipe: Recipe) -> Recipe:
@@ -69,6 +63,59 @@ def in_blocks(technique: Any, recipe: Recipe) -> Recipe:
         side=side,
         means=tuple(replace(one, blend="replace") for one in recipe.held),
         own_total=own,
+    )
+
+
+MOST_TARGETS = 8  # of a pass, as devices promise
+_TYPES = {1: "float", 2: "vec2", 4: "vec4"}
+
+
+def with_totals(technique: Any, recipe: Recipe, format: str) -> Recipe:
+    """The text of waves or wavelets with each pixel's total absorbance in a target of its own, the
+    last, as that is else a sum over coefficients. ValueError where that is one too many."""
+    if len(recipe.held) == MOST_TARGETS:
+        why = (
+            f"with a pixel's own total {technique.coefficients} coefficients have nine targets, of "
+            "which devices promise eight"
+        )
+        plain = f"{technique.base_name}(resolution={technique.resolution})"
+        raise no_kit(technique, why, f"'{plain}'")
+    names = [f"target{i}" for i in range(len(recipe.held))]
+    total = f"target{len(names)}"
+    renamed = ("sums", "accumulate", "factor", "transmittance_of_sums")
+    made = [f"#define {one} {one.removesuffix('_of_sums')}_of_waves" for one in renamed]
+    made += [recipe.made or f'#include "{recipe.text}"', *(f"#undef {one}" for one in renamed)]
+    types = [_TYPES[channels(one.format)] for one in recipe.held]
+    members = " ".join(f"{type} {name};" for type, name in zip(types, names, strict=True))
+    of_sums = " ".join(f"o.{one} = t.{one};" for one in names)
+    of_waves = " ".join(f"o.{one} = w.{one};" for one in names)
+    made += [
+        f"""
+// What waves have; total absorbance.
+struct sums {{ {members} float {total}; }};
+
+sums_of_waves waves_of(sums t) {{ sums_of_waves o; {of_sums} return o; }}
+
+sums accumulate(float z, float alpha) {{
+    sums_of_waves w = accumulate_of_waves(z, alpha);
+    sums o;
+    {of_waves}
+    o.{total} = absorbance(alpha);
+    return o;
+}}
+
+float transmittance_of_sums(sums t, float z, float alpha) {{
+    return transmittance_of_waves(waves_of(t), z, alpha);
+}}
+"""
+    ]
+    if recipe.text.endswith("wavelet.glsl"):
+        made.append("factors factor(sums t) { return factor_of_waves(waves_of(t)); }\n")
+    return replace(
+        recipe,
+        text=f"{recipe.text} with totals",  # a name of its own, as it includes that
+        made="\n".join(made),
+        held=(*recipe.held, Target(format, "add")),
     )
 
 

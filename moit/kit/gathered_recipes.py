@@ -127,7 +127,7 @@ def slices(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             "Within a cell of depth, which joined ones may be of many, order is not known: there "
             "half of what others absorb counts as in front.",
             *([_SHARES] if side > 1 else []),
-            *([_OPAQUE, _FLOAT_TOTALS] if own else []),
+            *([_OPAQUE] if own else []),
             _SAME,
             ATOMICS,
             EARLY,
@@ -161,10 +161,6 @@ _SHARES = (
     "light runs straight from the middle of a block to the next."
 )
 _OPAQUE = "Coverage is of opacities up to MOIT_MAX_ALPHA."
-_FLOAT_TOTALS = (
-    "The target of totals has to blend: 32-bit floats need float32-blendable in WebGPU, "
-    "VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BLEND_BIT in Vulkan, and EXT_float_blend in OpenGL ES."
-)
 _MARK = "Which cells of depth have anything."
 _INTEGRATE = "A thread a block, row by row: what slices have becomes what is in front of them."
 

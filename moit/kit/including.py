@@ -111,6 +111,11 @@ class Include:
         return not self.held or "moit_sums" in self.resolves
 
     @property
+    def factors_read_extents(self) -> bool:
+        """Whether a pixel's factors hang on its own range of depth, too."""
+        return any("moit_factor(" in head and "moit_extents" in head for head in self.heads)
+
+    @property
     def digest(self) -> str:
         """Of what is computed: no comments, no blanks, not what a camera's planes decide."""
         body = re.sub(r"//.*", "", self.plain)
@@ -336,12 +341,18 @@ def _rename(items: list[Item]) -> dict[str, str]:
     return names
 
 
+def _parameters(item: Item) -> set[str]:
+    return {one.name for one in parameters_of(item)}
+
+
 def _renamed(text: str, names: dict[str, str]) -> str:
     return re.sub(r"\b\w+\b", lambda found: names.get(found[0], found[0]), text)
 
 
 def _rename_item(item: Item, names: dict[str, str], said: dict[str, str]) -> None:
     item.names = tuple(names[name] for name in item.names)
+    if item.kind == "function":  # a parameter may have the name of a function that it does not call
+        names = {old: new for old, new in names.items() if old not in _parameters(item)}
     for word in item.words:
         if word.kind == "name":
             again = f"{word.text}_" if word.text in RESERVED else word.text
@@ -417,14 +428,19 @@ def _paragraphs(item: Item) -> list[str]:
 
 
 def _said_on_page(items: list[Item], entries: tuple[str, ...], tight: int) -> frozenset[str]:
-    """Functions whose comments there is no room for: those that an engine does not call, then all;
-    and "" for what is said of a whole file."""
+    """What has comments that there is no room for: functions that an engine does not call, then
+    all; and "" for what is said of a whole file; last, constants and structs that no pass hands
+    on."""
     if tight < FILLED - 2:
         return frozenset()
     names = {item.names[0] for item in items if item.kind == "function"}
     if tight >= FILLED:
-        return frozenset({"", *names})
+        inner = {item.names[0] for item in items if item.kind in ("constant", "struct")}
+        return frozenset({"", *names, *(inner - _HANDED_ON if tight == RUN_ON else ())})
     return frozenset(names - set(entries)) | ({""} if tight == FILLED - 1 else set())
+
+
+_HANDED_ON = {f"moit_{one}" for one in ("sums", "seconds", "extents", "factors", "state")}
 
 
 def _notes(

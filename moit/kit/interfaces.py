@@ -15,6 +15,11 @@ BLENDING = {
 }
 INTERFACES = ("Vulkan", "Direct3D", "WebGPU", "Metal", "OpenGL")
 _KEYS = [one.lower() for one in INTERFACES]
+# Whose words those speak first who write a language.
+OF_LANGUAGE = {
+    **{"glsl": "opengl", "metal": "metal", "wgsl": "webgpu"},
+    **dict.fromkeys(("hlsl", "slang"), "direct3d"),
+}
 _FORMATS = {
     "r32ui": ("R32_UINT", "R32_UINT", "r32uint", "R32Uint", "R32UI"),
     "r8": ("R8_UNORM", "R8_UNORM", "r8unorm", "R8Unorm", "R8"),

@@ -12,7 +12,7 @@ from moit.catalog.targets import shipped_targets_of
 from moit.kit.gathered import PICTURE, SHADING, Program
 from moit.kit.gathered_recipes import ATOMICS, EARLY, of_a_picture
 from moit.kit.memory import Memory
-from moit.kit.recipe import Recipe, no_kit, recipe_for, warp_constants
+from moit.kit.recipe import Recipe, recipe_for, warp_constants
 
 
 @recipe_for("anchors")
@@ -20,26 +20,27 @@ def anchors(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     of_a_picture(technique)
     found = shipped_targets_of(technique)
     assert found
-    _small_keys(technique)
-    kept, cells = technique.kept, technique.cells
-    words = 2 * kept + cells + 2
+    kept, cells, large = technique.kept, technique.cells, technique.key_bits > 32
+    lowers = 2 * kept + cells + 2
+    words = lowers + kept * large
     return Recipe(
         "engine/anchors.glsl",
         found.held,
         found.shaded,
-        {"ANCHORS": kept, "CELLS": cells, "WORDS": words, "NORMALIZE": int(technique.normalize)},
+        {"ANCHORS": kept, "CELLS": cells, "WORDS": words, "NORMALIZE": int(technique.normalize)}
+        | {"LARGE_KEYS": int(large), "LOWERS": lowers},
         {
             "DECAY": float(technique.gamma),
             "MAX_ALPHA": technique.max_alpha,
             **warp_constants(technique, depth_range),
         },
         limits=(
-            f"{_exact_but_for_keys(kept)} Of all others order within a cell is not known.",
+            f"{_exact_but_for_keys(kept, large)} Of all others order within a cell is not known.",
             *_OF_KEYS,
         ),
         memory=(_words_of_pixels(words),),
         programs=(
-            _keeping(),
+            *_keeping(large),
             Program(
                 "add", PICTURE, "add({place}, size, {z}, alpha)", about="All others, in cells."
             ),
@@ -52,16 +53,17 @@ def anchors(technique: Any, depth_range: tuple[float, float]) -> Recipe:
 def strong(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     found = shipped_targets_of(technique)
     assert found
-    _small_keys(technique)
-    kept = technique.kept
-    words = kept + 2
+    kept, large = technique.kept, technique.key_bits > 32
+    lowers = kept + 2
+    words = lowers + kept * large
     rest = BoundedNeural("power6", storage="half", depth_range="pixel")  # as the core reads it
     return Recipe(
         "engine/strong.glsl",
         found.held,
         found.shaded,
         {"ANCHORS": kept, "CELLS": 1, "WORDS": words, "NORMALIZE": int(technique.normalize)}
-        | {"HALVES": 1, "IN_WORDS": 0},
+        | {"LARGE_KEYS": int(large), "LOWERS": lowers}
+        | {"HALVES": 1, "IN_WORDS": 0, "PLAIN": 1},
         {
             "DECAY": float(technique.gamma),
             "BIAS": float(rest.blended_bias),
@@ -71,7 +73,7 @@ def strong(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         arrays={"NETWORK": network_of(technique.network, technique.network_kind).packed()},
         never_negative={"sums": "{0}.target2", "factors": "{0}.factor0.w"},
         limits=(
-            f"{_exact_but_for_keys(kept)} What moments leave open of all others a network "
+            f"{_exact_but_for_keys(kept, large)} What moments leave open of all others a network "
             "decides, which was trained on pictures of many kinds, not on yours: `moit train` "
             "makes one of your own.",
             "Sums of all others are rounded to half floats as each fragment comes, so that their "
@@ -82,7 +84,7 @@ def strong(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         ),
         memory=(_words_of_pixels(words),),
         programs=(
-            _keeping(),
+            *_keeping(large),
             Program(
                 "add",
                 PICTURE,
@@ -158,23 +160,25 @@ _KNOW = (
 )
 
 
-def _small_keys(technique: Any) -> None:
-    if technique.key_bits > 32:
-        why = "atomic maxima of 64 bits are not in every language; the text has keys of 32"
-        plain = f"{technique.kind}{technique.kept}"
-        raise no_kit(technique, why, f"'{plain}'")
-
-
-def _exact_but_for_keys(kept: int) -> str:
+def _exact_but_for_keys(kept: int, large: bool) -> str:
+    steps = "16777215" if large else "65535"
     return (
         f"Exact for up to {kept} fragments of a pixel, but for the rounding of keys: depth in "
-        "65535 steps of the depth range, the root of 1 - alpha in 1023."
+        f"{steps} steps of the depth range, the root of 1 - alpha in 1023."
     )
 
 
-def _keeping() -> Program:
+def _keeping(large: bool) -> tuple[Program, ...]:
     about = "The greatest keys of a pixel, and where it begins and ends."
-    return Program("keep", PICTURE, "keep({place}, size, {z}, alpha)", about=about)
+    first = Program("keep", PICTURE, "keep({place}, size, {z}, alpha)", about=about)
+    rest = Program("know", PICTURE, "keep_rest({place}, size, {z}, alpha)", about=_KNOW_LOWER)
+    return (first, rest) if large else (first,)
+
+
+_KNOW_LOWER = (
+    "The same geometry again: the lower words of keys. Where atomic maxima of 64 bits are at hand "
+    "the pass before can keep both words as one, and this one is not needed."
+)
 
 
 def _words_of_pixels(words: int) -> Memory:

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from moit.gpu_costs.predicting import RESOLUTION
 from moit.kit.memory import Memory
 
 
 def memory_table(listed: Sequence[Memory]) -> str:
-    lines = ["| array | words | clear | what |", "| --- | --- | --- | --- |"]
+    width, height = RESOLUTION
+    size = f"MB at {width} x {height}"
+    lines = [f"| array | words | {size} | clear | what |", "| --- | --- | --: | --- | --- |"]
     for one in listed:
         clear = "-" if one.clear is None else f"0x{one.clear:08x}" if one.clear > 9 else one.clear
-        lines.append(f"| {one.name} | {one.size} | {clear} | {one.about} |")
+        bytes = f"{4e-6 * one.words_a_pixel * width * height:.4g}" if one.words_a_pixel else "-"
+        lines.append(f"| {one.name} | {one.size} | {bytes} | {clear} | {one.about} |")
     return "\n".join(lines)
 
 

@@ -30,12 +30,6 @@ def is_in_own_range(technique: Technique) -> bool:
     if technique.kind == "neural":  # its text has words for extents, which its network was fed
         return False
     plain = f"'{technique.base_name}'"
-    if technique.kind == "neural-bounded":
-        why = (
-            "its network is given how long a pixel's own extent is of the image's range, once a "
-            "pixel; the text's pass for factors is given moments alone"
-        )
-        raise no_kit(technique, why, plain)
     if getattr(technique, "in_halves", False):
         why = (
             "the core rounds each pixel's own extent to words where moments are half floats; the "
@@ -52,15 +46,37 @@ def is_in_own_range(technique: Technique) -> bool:
     return True
 
 
-def in_own_range(recipe: Recipe) -> Recipe:
-    """The same text by each pixel's own range of depth."""
+def in_own_range(recipe: Recipe, network: bool = False) -> Recipe:
+    """The same text by each pixel's own range of depth.
+
+    network : whether one reads factors, that knows deviations in the camera's range.
+    """
     text = recipe.made or f'#include "{recipe.text}"\n'
-    values = {name: one for name, one in recipe.values.items() if name not in _CAMERAS}
+    gone: tuple[str, ...] = _CAMERAS
+    behind = '#include "engine/own_range.glsl"\n'
+    if network:
+        renamed = ("factor", "transmittance_of_sums")
+        made = [*(f"#define {one} {one}_in_one" for one in renamed), text]
+        text = "\n".join([*made, *(f"#undef {one}" for one in renamed), ""])
+        factor = "factor_within(t" if recipe.text.endswith("6.glsl") else "factor_of(t, t.target1"
+        gone, behind = _CAMERAS[1:], f"{behind}{_OF_NETWORKS.replace('FACTOR(t', factor)}"
+    values = {name: one for name, one in recipe.values.items() if name not in gone}
     return replace(
         recipe,
         text=f"{recipe.text} in each pixel's own range",  # a name of its own, as it includes that
-        made=f'{text}\n#include "engine/own_range.glsl"\n',
+        made=f"{text}\n{behind}",
         values=values,
         extents=EXTENTS,
         limits=(*recipe.limits, *LIMITS),
     )
+
+
+_OF_NETWORKS = """
+// What the fragments of a pixel share, by their moments and its range.
+factors factor(sums t, extents e) { return FACTOR(t, unit_of(e)); }
+
+// Both at once, for pixels of few fragments: no pass for factors.
+float transmittance_of_sums(sums t, extents e, float z, float alpha) {
+    return transmittance(factor(t, e), z, alpha);
+}
+"""

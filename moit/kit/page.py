@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,14 +14,14 @@ from moit.kit.costs import DENSITY, SHOWN, cost_rows, frame_rows
 from moit.kit.gathered import SMALL
 from moit.kit.including import Include, arguments_of
 from moit.kit.interface_page import blend_states, outputs, rows_of, what_depth_is, what_is_given
-from moit.kit.interfaces import INTERFACES, format_names
+from moit.kit.interfaces import INTERFACES, OF_LANGUAGE, format_names
 from moit.kit.licence import LICENCE
 from moit.kit.measured import measured_error
 from moit.kit.memory_page import early_tests, how_bound, memory_table
 from moit.kit.recipe import Recipe
 from moit.kit.small_targets import FARTHEST, MEANS
 from moit.kit.table import table_of
-from moit.kit.usage import factors_call, factors_shade, usage_text
+from moit.kit.usage import factors_made, factors_shade, usage_text
 from moit.system.version import VERSION
 
 
@@ -285,8 +286,9 @@ def _factors(include: Include) -> list[str]:
     if not include.factors:
         return []
     names = [one.name for one in include.factors]
+    spoken = OF_LANGUAGE[include.language.name]
     listed = ", ".join(
-        f"{one} ({format_names(format)['webgpu']})"
+        f"{one} ({format_names(format)[spoken]})"
         for one, format in zip(names, include.factor_formats, strict=True)
     )
     lines = [f"{one} = pixel.{one};" for one in names]
@@ -307,7 +309,7 @@ def _factors(include: Include) -> list[str]:
         f"does it once, without blending, into {listed}. `shading` then reads these textures into "
         f"a `moit_factors`, and not {left}:",
         f"```{include.language.ending}\n// the pass for factors, for a pixel\n"
-        + "\n".join([factors_call(include), *lines])
+        + "\n".join([*factors_made(include), *lines])
         + "\n\n// shading, for a fragment\n"
         + "\n".join(factors_shade(include))
         + "\n```"
@@ -382,12 +384,36 @@ def _remark(include: Include) -> str:
 
 
 WEB_BYTES = 32  # of targets that a pass writes, a pixel: what every device of WebGPU has
+WEB_BINDING, WEB_BUFFER = 128 << 20, 256 << 20  # bytes of an array, likewise
 
 
 def _web_limits(include: Include) -> list[str]:
     """What has to be asked of a device of WebGPU."""
     if include.language.name != "wgsl":
         return []
+    return [*_web_targets(include), *_web_arrays(include)]
+
+
+def _web_arrays(include: Include) -> list[str]:
+    pixels = math.prod(RESOLUTION)
+    size = max((4 * one.words_a_pixel * pixels for one in include.memory), default=0)
+    asked = [
+        f"{name}: {size:.0f}"
+        for name, has in (
+            ("maxStorageBufferBindingSize", WEB_BINDING),
+            ("maxBufferSize", WEB_BUFFER),
+        )
+        if size > has
+    ]
+    if not asked:
+        return []
+    return [
+        f"At {' x '.join(map(str, RESOLUTION))} the largest array is more than devices of WebGPU "
+        f"have unless asked: ask for {', '.join(asked)}."
+    ]
+
+
+def _web_targets(include: Include) -> list[str]:
     most = {
         what: sum(texel_bytes(format) for format in formats)
         for what, formats in (

@@ -119,6 +119,7 @@ class _Pasted:
                     names = re.findall(r"\w+", define[2]) if define[2] else None
                     self.macros[define[1]] = (names, define[3].split("//")[0].strip())
             elif word == "undef":
+                self._declare(name, part)  # by what the name stands for until here
                 self.macros.pop(said, None)
             else:
                 raise SubsetError(f"{name}: found {line.strip()!r}")

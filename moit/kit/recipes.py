@@ -16,7 +16,7 @@ from moit.catalog.network import network_of
 from moit.catalog.renormalised import Renormalised
 from moit.catalog.targets import Target, shipped_targets_of
 from moit.kit import gathered_recipes, keyed_recipes, ordered_recipes, own_slice_recipes, rounds
-from moit.kit.block_means import check_blocks, in_blocks
+from moit.kit.block_means import check_blocks, in_blocks, with_totals
 from moit.kit.fourier_text import MOST, fourier_text
 from moit.kit.keyed_recipes import front
 from moit.kit.networks import rows_of_moments
@@ -43,9 +43,24 @@ def recipe_of(technique: Technique, depth_range: tuple[float, float]) -> Recipe:
         if all(getattr(plain, one) == getattr(recipe, one) for one in ("text", "made", "fixed")):
             why = "its text leaves colours as they come out"
             raise _no_kit(technique, why, f"'{technique.base_name}'")
+    return _with_blending(_as_asked(technique, recipe, own))
+
+
+def _as_asked(technique: Technique, recipe: Recipe, own: bool) -> Recipe:
     if isinstance(technique, InBlocks) and technique.block_side > 1:
         return in_blocks(technique, recipe)
-    return in_own_range(recipe) if own else recipe
+    return in_own_range(recipe, technique.kind == "neural-bounded") if own else recipe
+
+
+def _with_blending(recipe: Recipe) -> Recipe:
+    """What is asked of a device whose targets of floats blend is told once."""
+    drawn = (*recipe.held, *recipe.second, *recipe.shaded, *recipe.extents)
+    blends = any(one.format.endswith("32f") and one.blend in _BLENDED for one in drawn)
+    others = tuple(one for one in recipe.limits if one != _FLOAT_BLENDING)
+    return replace(recipe, limits=(*others, *((_FLOAT_BLENDING,) if blends else ())))
+
+
+_BLENDED = ("add", "max", "multiply-complement", "over", "under")
 
 
 def names_with_kits(language: str = "glsl") -> tuple[str, ...]:
@@ -103,8 +118,9 @@ _ORDER = (
 )
 _FLOAT_BLENDING = (
     "Targets of 32-bit floats have to blend: WebGPU needs the feature float32-blendable, Vulkan "
-    "says so by VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BLEND_BIT, and OpenGL ES needs "
-    "EXT_float_blend."
+    "says so by VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BLEND_BIT, Direct3D by "
+    "D3D12_FORMAT_SUPPORT1_BLENDABLE, Metal in its feature set tables (not all GPUs blend "
+    "RGBA32Float), and OpenGL ES needs EXT_float_blend."
 )
 
 _HALVES = (
@@ -183,7 +199,7 @@ def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     held, shaded = _targets(technique)
     if count == MOST:  # two and one as four, of which one number is spared: eight targets, not nine
         held = (*held[:-2], held[0])
-    return Recipe(
+    recipe = Recipe(
         f"engine/fourier{count}.glsl",
         held,
         shaded,
@@ -195,6 +211,9 @@ def _fourier(technique: Any, depth_range: tuple[float, float]) -> Recipe:
         ),
         made="" if count in (7, 15) else fourier_text(count),
     )
+    if technique.total != "full":
+        return recipe
+    return with_totals(technique, recipe, f"r{technique.bits}f")
 
 
 @recipe_for("wavelet")
@@ -202,7 +221,7 @@ def _wavelet(technique: Any, depth_range: tuple[float, float]) -> Recipe:
     check_blocks(technique, technique.base_name)
     held, shaded = _targets(technique)
     levels = technique.coefficients.bit_length() - 1
-    return Recipe(
+    recipe = Recipe(
         "engine/wavelet.glsl",
         held,
         shaded,
@@ -220,6 +239,7 @@ def _wavelet(technique: Any, depth_range: tuple[float, float]) -> Recipe:
             _FLOAT_BLENDING,
         ),
     )
+    return with_totals(technique, recipe, "r32f") if technique.total == "full" else recipe
 
 
 def _fixed(technique: Any, exclude_self: bool) -> dict[str, int]:

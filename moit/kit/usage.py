@@ -109,7 +109,8 @@ def usage_text(include: Include) -> str:
 
 def factors_call(include: Include) -> str:
     """What makes the factors of a pixel."""
-    call = f"moit_factor(moit_fetched({_fetched(include)}))"
+    own = ", own" * include.factors_read_extents
+    call = f"moit_factor(moit_fetched({_fetched(include)}){own})"
     if include.programs:
         call = _of_arrays(include, "factor({place}, size, {sums})")
     if include.state:
@@ -119,6 +120,12 @@ def factors_call(include: Include) -> str:
         second = f"moit_fetched_second({_given(include, include.second)})"
         call = f"moit_factor_second(moit_fetched({_fetched(include)}), {second})"
     return _let(include, "moit_factors", "pixel", call)
+
+
+def factors_made(include: Include) -> list[str]:
+    """What the pass for factors has before it writes them."""
+    own = _own(include) if include.factors_read_extents else []
+    return [*own, factors_call(include)]
 
 
 # How a pixel of a texture is read, and what a camera's depth is in perspective.
@@ -166,7 +173,7 @@ def factors_shade(include: Include) -> list[str]:
         made = shading_lines(include.language.name, shading, call, shaded)
         return [*factors_read(include), *made]
     if include.state is None:
-        return [*factors_read(include), *lines[1:]]
+        return [*factors_read(include), *(one for one in lines if " pixel = " not in one)]
     through = "float through = moit_transmittance(pixel, moit_warped(depth), alpha);"
     return [*factors_read(include), through, lines[-1]]
 
@@ -212,9 +219,9 @@ def _let(include: Include, type: str, variable: str, value: str) -> str:
 def _read(include: Include) -> Iterator[str]:
     has_factors = "moit_factor" in include.calls
     name = "moit_transmittance" if has_factors else "moit_transmittance_of_sums"
+    yield from _own(include)
     if has_factors:
         yield factors_call(include)
     else:
         yield _let(include, "moit_sums", "pixel", f"moit_fetched({_fetched(include)})")
-    yield from _own(include)
     yield _let(include, "float", "through", f"{name}(pixel, {_place(include)}, alpha)")

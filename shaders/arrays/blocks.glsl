@@ -12,12 +12,7 @@
 //                  of a set that begin at `at` of `blocks`
 
 #if PASS < OVER_TRIANGLES
-// What all of a pixel's fragments let through.
-double product(uint p) {
-    precise double through = 1.0;
-    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) through *= 1.0 - double(alphas[i]);
-    return through;
-}
+#include "arrays/let_through.glsl"
 #endif
 
 #if OF_BLOCKS == 1
@@ -148,6 +143,6 @@ void own_pass(uint p) {
 #endif
 
 #if PASS == BLOCK_TOTAL
-void own_pass(uint p) { set_total(p, product(p)); }
+void own_pass(uint p) { set_total(p, let_through(p)); }
 #endif
 #endif

@@ -5,3 +5,4 @@
 #undef WARP_LOG
 #undef WARP_SCALE
 #undef WARP_OFFSET
+#undef pair

@@ -37,7 +37,7 @@ void factor(uint p) {
     s.target2 = 1.0;
 #endif
 #if BOUNDED
-    engine_factors f = factor_of(s, b0);
+    engine_factors f = factor_of(s, b0, 1.0);
     for (uint k = 0u; k < 4u; ++k) {
         factors[to + 8u + k] = f.factor2[k];
         factors[to + 12u + k] = f.factor3[k];

@@ -41,8 +41,9 @@ number word_of(surface s) {
 const KEPT_KEY NO_KEY = uvec2(0u);
 
 KEPT_KEY whole_key(surface s) {
-    anchor_key key = anchor_key_of(s.alpha, place_on_ray(s.depth), word_of(s), importance_decay);
-    return uvec2(uint(key.upper), uint(key.fine) << 10 | uint(key.lower));
+    number word = word_of(s);
+    anchor_key key = anchor_key_of(s.alpha, place_on_ray(s.depth), word, importance_decay);
+    return uvec2(uint(key.upper), uint(anchor_fine(key, word)) << 10 | uint(key.lower));
 }
 
 number word_of_key(KEPT_KEY key) {

@@ -16,7 +16,7 @@ anchors kept_of(uint first) {
     a.farthest = float(load_words(first + uint(ANCHORS + 1)));
     a.nearest = min(float(65535u - load_words(first + uint(ANCHORS))), a.farthest);
     for (int k = 0; k < ANCHORS; ++k) {
-        uint key = load_words(first + uint(k));
+        whole_key key = KEY_AT(first, k);
         a.word[k] = word_of_key(key);
         a.absorbed[k] = absorbance_of_key(key);
     }
@@ -26,9 +26,9 @@ anchors kept_of(uint first) {
 // What a fragment adds to its cell, which is none where it is kept. Of the last key that is kept
 // there may be several: all are counted, and resolved as one less for each that has a place.
 void add(uvec2 pixel, uvec2 size, float z, float alpha) {
-    uint first = first_word(pixel, size), least = load_words(first + uint(ANCHORS - 1));
-    uint key = key_of(z, alpha);
-    bool is_last = key > 0u && key == least;
+    uint first = first_word(pixel, size);
+    whole_key key = key_of(z, alpha), least = KEY_AT(first, ANCHORS - 1);
+    bool is_last = IS_KEY(key) && ARE_SAME(key, least);
     anchors a = kept_of(first);
     float word = word_of(z), absorbed = is_last ? absorbance_of_key(least) : absorbance(alpha);
     uint cell = first + uint(ANCHORS + 2) + uint(anchor_cell(ANCHORS, CELLS, a, word));
@@ -38,12 +38,14 @@ void add(uvec2 pixel, uvec2 size, float z, float alpha) {
 }
 
 float transmittance(uvec2 pixel, uvec2 size, float z, float alpha) {
-    uint first = first_word(pixel, size), least = load_words(first + uint(ANCHORS - 1));
+    uint first = first_word(pixel, size);
+    whole_key least = KEY_AT(first, ANCHORS - 1);
     anchors a = kept_of(first);
     float twin = anchor_cell(ANCHORS, CELLS, a, a.word[ANCHORS - 1]);
     float one = anchor_steps(a.absorbed[ANCHORS - 1], a.word[ANCHORS - 1]), taken = 0.0;
     for (int k = 0; k < ANCHORS; ++k) {
-        taken = taken + (least > 0u && load_words(first + uint(k)) == least ? one : 0.0);
+        whole_key key = KEY_AT(first, k);
+        taken = taken + (IS_KEY(least) && ARE_SAME(key, least) ? one : 0.0);
     }
     for (int c = 0; c < ANCHORS + CELLS; ++c) {
         float sum = min(float(load_words(first + uint(ANCHORS + 2 + c))), ANCHOR_FULL);

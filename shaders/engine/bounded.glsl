@@ -38,20 +38,18 @@ struct sums { vec4 target0; float target1; };
 struct factors { vec4 factor0; vec4 factor1; vec4 factor2; vec4 factor3; };
 
 // What output j of the first layer has of the inputs that a pixel's fragments share.
-float begun(int j, vec4 seen) {
-    int k = EACH * j;
-    return NETWORK[k + 4] * seen.x + (NETWORK[k + 5] * seen.y + (NETWORK[k + 6] * seen.z
-           + (NETWORK[k + 7] * seen.w + NETWORK[k + 8])));
-}
+float begun(int j, vec4 seen) { return weighed(EACH * j + 4, seen, NETWORK[EACH * j + 8]); }
 
-// Of sums that stand for an absorbance of b0 in all, whatever their own is.
-factors factor_of(sums t, float b0) {
+// Of sums that stand for an absorbance of b0 in all, whatever their own is. How long z's unit is in
+// the range of depth whose deviations the network knows: `unit`.
+factors factor_of(sums t, float b0, float unit) {
     recurrence2 r = recurrence_of_sums(t.target0, t.target1);
     // logarithms of total and deviation, skewness, logarithm of kurtosis
     float variance = max(r.s1, 1e-18), per = inversesqrt(variance), square = per * per;
     float u = 2.0 * r.half_u, kurtosis = (r.h * square + u * u) * square + 1.0;
     vec4 seen = vec4(clamp(0.69314718 * log2(max(b0, 1e-30)), -8.0, 8.0),
-                     max(0.34657359 * log2(variance), -8.0), clamp(u * per, -6.0, 6.0),
+                     max(0.34657359 * log2(variance * (unit * unit)), -8.0),
+                     clamp(u * per, -6.0, 6.0),
                      0.69314718 * log2(clamp(kurtosis, 1.0, 403.428793)));
     factors o;
     o.factor0 = held_of(r);
@@ -61,7 +59,7 @@ factors factor_of(sums t, float b0) {
     return o;
 }
 
-factors factor(sums t) { return factor_of(t, t.target1); }
+factors factor(sums t) { return factor_of(t, t.target1, 1.0); }
 
 float transmittance(factors f, float z, float alpha) {
     recurrence2 r = recurrence_held(f.factor0, f.factor1.x, f.factor1.y);

@@ -7,10 +7,8 @@ struct factors { vec4 factor0; vec4 factor1; vec4 factor2; vec4 factor3; vec4 fa
 
 // What output j of the first layer has of the inputs that a pixel's fragments share.
 float begun(int j, vec4 seen, vec2 high) {
-    int k = EACH * j;
-    float sum = NETWORK[k + 8] * high.x + (NETWORK[k + 9] * high.y + NETWORK[k + 10]);
-    return NETWORK[k + 4] * seen.x + (NETWORK[k + 5] * seen.y + (NETWORK[k + 6] * seen.z
-           + (NETWORK[k + 7] * seen.w + sum)));
+    int k = EACH * j + 4;
+    return weighed(k, seen, NETWORK[k + 4] * high.x + (NETWORK[k + 5] * high.y + NETWORK[k + 6]));
 }
 
 // unit: how long z's unit is in the range of depth whose deviations the network knows.

@@ -44,6 +44,17 @@ vec2 shares_of_ends(float low, float high, bool mirrored) {
     return mirrored ? 1.0 - share : share;
 }
 
+#if PLAIN
+#define PLUS +
+#define LESS -
+#define sum_of(x, y, sign) x sign y
+#define mixed(a, x, b, y, low) a * x + b * y + low
+#define mixed_alone(a, x, b, y) a * x + b * y
+#else
+#define PLUS 1.0
+#define LESS -1.0
+#define mixed_alone(a, x, b, y) mixed(a, x, b, y, 0.0)
+
 // x + sign y.
 vec2 sum_of(vec2 x, vec2 y, float sign) {
     precise float h = sign * y.x, s = x.x + h, of_y = s - x.x, of_x = s - of_y, a = x.x - of_x;
@@ -58,3 +69,4 @@ vec2 mixed(float a, float x, float b, float y, float low) {
     l = l - left_of(q, b, y);
     return sum_of(vec2(p, l), vec2(q, 0.0), 1.0);
 }
+#endif

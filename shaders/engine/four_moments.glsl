@@ -15,9 +15,9 @@ recurrence2 recurrence_of_sums(vec4 moments, float total) {
     float b0 = max(total, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(ROUNDING * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * BY_STORAGE(b0, (b0 + g));
     return recurrence2_of(
-        pivot_of(vec2(b0, g), 0.0), vec2(SUM_WITHIN(moments.x, b0), 0.0),
-        vec2(SUM_WITHIN(moments.y, b0), g * V2), vec2(SUM_WITHIN(moments.z, b0), 0.0),
-        vec2(SUM_WITHIN(moments.w, b0), g * V4), least, 1.0);
+        pivot_of(PAIR(b0, g), 0.0), ALONE(SUM_WITHIN(moments.x, b0)),
+        PAIR(SUM_WITHIN(moments.y, b0), g * V2), ALONE(SUM_WITHIN(moments.z, b0)),
+        PAIR(SUM_WITHIN(moments.w, b0), g * V4), least, 1.0);
 }
 
 // As targets hold it.

@@ -13,6 +13,43 @@
 #define HALF_TOTAL 1
 #endif
 
+// Total absorbance, then two words in each: an odd and an even moment, or cosine and sine.
+struct state { uint word[NODES + 1]; };
+
+#if HALF_TOTAL
+float total_of(state held) { return unpackHalf2x16(held.word[0]).x; }
+uint word_of_total(float b0) { return packHalf2x16(vec2(min(b0, 65504.0), 0.0)); }
+#else
+float total_of(state held) { return uintBitsToFloat(held.word[0]); }
+uint word_of_total(float b0) { return floatBitsToUint(b0); }
+#endif
+
+// Two words, as numbers of [0, 1]; and the other way round.
+vec2 pair_of(uint w) { return vec2(float(w & 65535u), float(w >> 16u)) / 65535.0; }
+
+uint words_of(vec2 x) {
+    vec2 w = clamp(x, vec2(0.0), vec2(1.0)) * 65535.0 + 0.5;
+    return uint(w.x) | (uint(w.y) << 16u);
+}
+
+#if CIRCLE
+// Angles of words begin at z = -1, those of sums at z = 0, half of what all depths have behind.
+const vec2 HALF_TURN = vec2(-0.98768834, 0.15643447);
+
+// What a pixel keeps once a fragment has come. Words have half of a point of the circle, whose
+// powers are those of multiples of an angle.
+state inserted(state held, float z, float alpha) {
+    float a = absorbance(alpha), b0 = total_of(held), sum = max(b0 + a, 1e-30);
+    vec2 once = turned(on_the_circle(z), HALF_TURN), more = once;
+    state o;
+    o.word[0] = word_of_total(b0 + a);
+    for (int k = 1; k < NODES + 1; ++k) {
+        o.word[k] = words_of(((pair_of(held.word[k]) - 0.5) * b0 + more * (0.5 * a)) / sum + 0.5);
+        more = turned(more, once);
+    }
+    return o;
+}
+#else
 #if NODES == 2
 #define numbers vec2
 #elif NODES == 3
@@ -21,35 +58,16 @@
 #define numbers vec4
 #endif
 
-// Total absorbance, then two words in each: an odd and an even moment, or cosine and sine.
-struct state { uint word[NODES + 1]; };
-
 // What words stand for, without offsets.
 struct spread { numbers odd; numbers even; };
 
-#if CIRCLE
-const numbers OFFSET = numbers(0.5);
-#elif NODES == 2
+#if NODES == 2
 const vec2 OFFSET = vec2(0.0);
 #elif NODES == 3
 const vec3 OFFSET = vec3(0.0, 0.0, 0.018888946);
 #else
 const vec4 OFFSET = vec4(0.97248197, 1.0, 0.9991792, 0.9917783);
 #endif
-
-#if HALF_TOTAL
-float total_of(state held) { return unpackHalf2x16(held.word[0]).x; }
-#else
-float total_of(state held) { return uintBitsToFloat(held.word[0]); }
-#endif
-
-// Two words, as numbers of [0, 1]; and the other way round.
-vec2 pair_of(uint w) { return vec2(float(w & 65535u), float(w >> 16u)) / 65535.0; }
-
-uint words_of(float x, float y) {
-    vec2 w = clamp(vec2(x, y), vec2(0.0), vec2(1.0)) * 65535.0 + 0.5;
-    return uint(w.x) | (uint(w.y) << 16u);
-}
 
 spread unpacked(state held) {
     vec2 a = pair_of(held.word[1]), b = pair_of(held.word[2]);
@@ -72,46 +90,18 @@ spread unpacked(state held) {
 state packed(float b0, numbers odd, numbers even) {
     numbers x = odd + 0.5, y = even + OFFSET;
     state o;
-#if HALF_TOTAL
-    o.word[0] = packHalf2x16(vec2(min(b0, 65504.0), 0.0));
-#else
-    o.word[0] = floatBitsToUint(b0);
-#endif
-    o.word[1] = words_of(x.x, y.x);
-    o.word[2] = words_of(x.y, y.y);
+    o.word[0] = word_of_total(b0);
+    o.word[1] = words_of(vec2(x.x, y.x));
+    o.word[2] = words_of(vec2(x.y, y.y));
 #if NODES > 2
-    o.word[3] = words_of(x.z, y.z);
+    o.word[3] = words_of(vec2(x.z, y.z));
 #endif
 #if NODES > 3
-    o.word[4] = words_of(x.w, y.w);
+    o.word[4] = words_of(vec2(x.w, y.w));
 #endif
     return o;
 }
 
-#if CIRCLE
-// Angles of words begin at z = -1, those of sums at z = 0, half of what all depths have behind.
-const vec2 HALF_TURN = vec2(-0.98768834, 0.15643447);
-const vec2 BACK = vec2(-0.98768834, -0.15643447);
-
-// Of powers of a point of the circle.
-spread spread_at(float z) {
-    vec2 a = turned(on_the_circle(z), HALF_TURN), b = turned(a, a);
-    spread o;
-#if NODES == 2
-    o.odd = 0.5 * vec2(a.x, b.x);
-    o.even = 0.5 * vec2(a.y, b.y);
-#elif NODES == 3
-    vec2 c = turned(b, a);
-    o.odd = 0.5 * vec3(a.x, b.x, c.x);
-    o.even = 0.5 * vec3(a.y, b.y, c.y);
-#else
-    vec2 c = turned(b, a), d = turned(b, b);
-    o.odd = 0.5 * vec4(a.x, b.x, c.x, d.x);
-    o.even = 0.5 * vec4(a.y, b.y, c.y, d.y);
-#endif
-    return o;
-}
-#else
 // Spread evenly over what words hold.
 spread spread_at(float z) {
     spread o;
@@ -164,7 +154,6 @@ spread gathered(spread s) {
 #endif
     return o;
 }
-#endif
 
 // What a pixel keeps once a fragment has come.
 state inserted(state held, float z, float alpha) {
@@ -172,23 +161,25 @@ state inserted(state held, float z, float alpha) {
     spread s = unpacked(held), t = spread_at(z);
     return packed(b0 + a, (s.odd * b0 + t.odd * a) / sum, (s.even * b0 + t.even * a) / sum);
 }
+#endif
 
-// The sums that words stand for.
+// The sums that words stand for. Those of angles are turned back by half a turn, or a multiple.
 sums sums_of_words(state held) {
     float b0 = total_of(held);
     sums o;
 #if CIRCLE
-    spread m = unpacked(held);
-    vec2 a = turned(vec2(m.odd.x, m.even.x), BACK), back2 = turned(BACK, BACK);
-    o.target0 = vec4(a, turned(vec2(m.odd.y, m.even.y), back2)) * (2.0 * b0); // of half a point
+    float whole = 2.0 * b0;
+    vec2 a = turned(pair_of(held.word[1]) - 0.5, vec2(-0.98768834, -0.15643447));
+    vec2 b = turned(pair_of(held.word[2]) - 0.5, vec2(0.95105652, 0.30901699));
+    o.target0 = vec4(a, b) * whole;
 #if NODES > 2
-    vec2 c = turned(vec2(m.odd.z, m.even.z), turned(back2, BACK));
+    vec2 c = turned(pair_of(held.word[3]) - 0.5, vec2(-0.89100652, -0.4539905));
 #endif
 #if NODES == 3
-    o.target1 = c * (2.0 * b0);
+    o.target1 = c * whole;
 #elif NODES == 4
-    vec2 d = turned(vec2(m.odd.w, m.even.w), turned(back2, back2));
-    o.target1 = vec4(c, d) * (2.0 * b0);
+    vec2 d = turned(pair_of(held.word[4]) - 0.5, vec2(0.80901699, 0.58778525));
+    o.target1 = vec4(c, d) * whole;
 #endif
 #else
     spread m = gathered(unpacked(held));

@@ -87,22 +87,17 @@ float sum_before(uint first, uint k) {
 
 // What the j-th output of the first layer is of, but for four of its inputs.
 float begun(int j, values seen) {
-    int k = EACH * j;
-    return NETWORK[k + 4] * seen.x[4] + (NETWORK[k + 5] * seen.x[5] + (NETWORK[k + 6] * seen.x[6]
-           + (NETWORK[k + 7] * seen.x[7] + (NETWORK[k + 8] * seen.x[8]
-           + (NETWORK[k + 9] * seen.x[9] + NETWORK[k + 10])))));
+    int k = EACH * j + 4;
+    vec4 more = vec4(seen.x[4], seen.x[5], seen.x[6], seen.x[7]);
+    float last = NETWORK[k + 4] * seen.x[8] + (NETWORK[k + 5] * seen.x[9] + NETWORK[k + 6]);
+    return weighed(k, more, last);
 }
 
 // The share of what may be in front that is counted.
 float learnt_share(values seen) {
-    vec4 rest = vec4(seen.x[0], seen.x[1], seen.x[2], seen.x[3]);
-    vec4 a = vec4(first_layer(0, begun(0, seen), rest), first_layer(1, begun(1, seen), rest),
-                  first_layer(2, begun(2, seen), rest), first_layer(3, begun(3, seen), rest));
-    vec4 b = vec4(first_layer(4, begun(4, seen), rest), first_layer(5, begun(5, seen), rest),
-                  first_layer(6, begun(6, seen), rest), first_layer(7, begun(7, seen), rest));
-    float last = NETWORK[8 * EACH + 80];
-    for (int j = 0; j < 8; ++j) last += NETWORK[8 * EACH + 72 + j] * second_layer(j, a, b);
-    return 1.0 / (1.0 + exp2(clamp(-1.44269504 * last, -115.0, 115.0)));
+    vec4 low = vec4(begun(0, seen), begun(1, seen), begun(2, seen), begun(3, seen));
+    vec4 high = vec4(begun(4, seen), begun(5, seen), begun(6, seen), begun(7, seen));
+    return answer_of(low, high, vec4(seen.x[0], seen.x[1], seen.x[2], seen.x[3]));
 }
 
 float transmittance(uvec2 pixel, uvec2 size, float z, float alpha) {

@@ -27,3 +27,10 @@ float warped_within(extents e, float depth) {
     float z = clamp(2.0 * (above / whole) - 1.0, -1.0, 1.0);
     return near < far ? z : 0.0;
 }
+
+// Half of how long a pixel's range is of the camera's, from z = -1 to 1 as `warped` has that.
+float unit_of(extents e) {
+    float near = -e.extent.x, far = e.extent.y;
+    float whole = WARP_LOG == 1 ? 1.44269504 * logarithm_above(near, far) : far - near;
+    return clamp(0.5 * WARP_SCALE * whole, 1e-12, 1.0);
+}

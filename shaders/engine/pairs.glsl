@@ -7,6 +7,31 @@
 // say of fma that it is precise, and Mesa makes fma(a, b, fma(a, c, d)) of it fma(a, b + c, d).
 #include "engine/storage.glsl"
 
+// PLAIN  1: a pair is one float, and what is below is written out (storage.glsl).
+#if PLAIN
+#define pair float
+#define HEAD(p) p
+#define TAIL(p) 0.0
+#define PAIR(h, l) h + l
+#define ALONE(h) h
+#define AS_WRITTEN
+#define less_twice(a, b) a - 2.0 * b
+#define less_both(a, b, c) a - b - c
+#define pivot_of(x, least) max(x, least)
+#define ratio(a, b, r) a * r
+#define reduced(c, x, y) c - x * y
+#define reduced_even(c, x, y) c - x * y
+#define low_of(c, x, y, taken) c - x * y
+#else
+#define pair vec2
+#define HEAD(p) p.x
+#define TAIL(p) p.y
+#define PAIR(h, l) vec2(h, l)
+#define ALONE(h) vec2(h, 0.0)
+#define AS_WRITTEN precise
+#define less_twice(a, b) fused(-2.0, b.x, a.x) + fused(-2.0, b.y, a.y)
+#define less_both(a, b, c) ((a.x - b.x) - c.x) + ((a.y - b.y) - c.y)
+
 // NOT_FUSED  1 where fma(a, b, c) rounds twice, which GLSL allows: ask at start whether
 //            fma(x, x, -x * x) is 0 for x = 1 + 2^-12 from a buffer (see probe.glsl).
 #ifndef NOT_FUSED
@@ -26,17 +51,13 @@ float fused(float a, float b, float c) { return fma(a, b, c); }
 // through it, and it takes one instruction where rounding to 12 digits (x * 4097) takes three.
 float upper_half(float x) { return uintBitsToFloat(floatBitsToUint(x) & 4294963200u); }
 
-// a - q b, where that is small beside a. Of words no more is known than 35 binary digits of q b.
+// a - q b, where that is small beside a.
 float left_of(float a, float q, float b) {
     precise float x = upper_half(q), y = upper_half(b), c = q - x, d = b - y, h = q * b;
     precise float e = x * y - h, o = a - h;
     e = e + x * d;
-#if IN_WORDS
-    e = e + c * b;
-#else
     e = e + c * y;
     e = e + c * d;
-#endif
     o = o - e;
     return o;
 }
@@ -76,3 +97,4 @@ vec2 reduced_even(vec2 c, vec2 x, vec2 y) {
     precise float h = x.x * y.x, s = c.x - h, taken = c.x - s;
     return vec2(s, low_of(c, x, y, taken));
 }
+#endif

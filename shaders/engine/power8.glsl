@@ -17,9 +17,6 @@
 #define BETA 0.25
 #endif
 
-// A sum moved toward a safe one: a pair, but of words, which have lost such digits before.
-#define NEAR(sum, safe) BY_WORDS(vec2(sum, safe), vec2(sum + safe, 0.0))
-
 const float PUBLISHED_BIAS = BY_WORDS(BY_STORAGE(5e-5, 3e-3), 2.5e-3);
 const float V2 = BY_WORDS(0.75, 0.42474916);
 const float V4 = BY_WORDS(0.67666667, 0.22407803);
@@ -46,11 +43,11 @@ factors factor(sums t) {
     float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(ROUNDING * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * BY_STORAGE(b0, (b0 + g));
     rule4 r = rule4_of(recurrence4_of(
-        pivot_of(NEAR(b0, g), 0.0), vec2(SUM_WITHIN(t.target0.x, b0), 0.0),
-        NEAR(SUM_WITHIN(t.target0.y, b0), g * V2), vec2(SUM_WITHIN(t.target0.z, b0), 0.0),
-        NEAR(SUM_WITHIN(t.target0.w, b0), g * V4), vec2(SUM_WITHIN(t.target1.x, b0), 0.0),
-        NEAR(SUM_WITHIN(t.target1.y, b0), g * V6), vec2(SUM_WITHIN(t.target1.z, b0), 0.0),
-        NEAR(SUM_WITHIN(t.target1.w, b0), g * V8), least, 1.0));
+        pivot_of(PAIR(b0, g), 0.0), ALONE(SUM_WITHIN(t.target0.x, b0)),
+        PAIR(SUM_WITHIN(t.target0.y, b0), g * V2), ALONE(SUM_WITHIN(t.target0.z, b0)),
+        PAIR(SUM_WITHIN(t.target0.w, b0), g * V4), ALONE(SUM_WITHIN(t.target1.x, b0)),
+        PAIR(SUM_WITHIN(t.target1.y, b0), g * V6), ALONE(SUM_WITHIN(t.target1.z, b0)),
+        PAIR(SUM_WITHIN(t.target1.w, b0), g * V8), least, 1.0));
     factors o;
     o.factor0 = r.g;
     o.factor1 = r.e;

@@ -21,6 +21,13 @@ float half_root(float fall, float k, float pole) {
     return (up ? pole : t) / (up ? t : fall);
 }
 
+// A better s > 0 with s + 2 k = e0 / s + e / (s + gap): the other pole as a line that agrees with
+// it in value and slope.
+float outer_step1(float s, float k, float e0, float e, float gap) {
+    float y = 1.0 / (s + gap), t = e * y, U = t * y;
+    return half_root(U + 1.0, k - 0.5 * (U * s + t), e0);
+}
+
 // A better s > 0 with s + 2 k = e0 / s + sum of e / (s + gaps): the other poles as a line that
 // agrees with them in value and slope.
 float outer_step2(float s, float k, float e0, vec2 e, vec2 gaps) {

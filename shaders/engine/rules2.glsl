@@ -7,22 +7,22 @@ struct recurrence2 { float a0; float low; float half_u; float s1; float half_s2;
 // L D L^T of the matrix of central moments. A pivot not above `least` is rounding alone: there are
 // as many nodes as pivots above it, and the recurrence goes on as that of an even spread. Depths
 // are at most `most` from 0, and so are a1 and s2, whatever rounding makes of them.
-recurrence2 recurrence2_of(vec2 m0, vec2 m1, vec2 m2, vec2 m3,
-                           vec2 m4, float least, float most) {
-    float r0 = 1.0 / m0.x;
-    vec2 k1 = ratio(m1, m0, r0), k2 = ratio(m2, m0, r0);
-    vec2 c11 = pivot_of(reduced_even(m2, m1, k1), least), c21 = reduced(m3, m1, k2);
-    vec2 c22 = reduced_even(m4, m2, k2);
-    bool one = !(c11.x > least);
-    float r1 = 1.0 / c11.x;
-    vec2 l2 = ratio(c21, c11, r1);
-    float rest = low_of(c22, c21, l2, c22.x);
-    precise float u = fused(-2.0, k1.x, l2.x) + fused(-2.0, k1.y, l2.y);
+recurrence2 recurrence2_of(pair m0, pair m1, pair m2, pair m3,
+                           pair m4, float least, float most) {
+    float r0 = 1.0 / HEAD(m0);
+    pair k1 = ratio(m1, m0, r0), k2 = ratio(m2, m0, r0);
+    pair c11 = pivot_of(reduced_even(m2, m1, k1), least), c21 = reduced(m3, m1, k2);
+    pair c22 = reduced_even(m4, m2, k2);
+    bool one = !(HEAD(c11) > least);
+    float r1 = 1.0 / HEAD(c11);
+    pair l2 = ratio(c21, c11, r1);
+    float rest = low_of(c22, c21, l2, HEAD(c22));
+    AS_WRITTEN float u = less_twice(l2, k1);
     recurrence2 o;
-    o.a0 = k1.x;
-    o.low = k1.y;
-    o.half_u = 0.5 * (one ? -k1.x : clamp(u, -most - k1.x, most - k1.x));
-    o.s1 = c11.x * r0;
+    o.a0 = HEAD(k1);
+    o.low = TAIL(k1);
+    o.half_u = 0.5 * (one ? -HEAD(k1) : clamp(u, -most - HEAD(k1), most - HEAD(k1)));
+    o.s1 = HEAD(c11) * r0;
     float s2 = one ? 0.25 : min(max(rest, least) * r1, most);
     o.half_s2 = 0.5 * s2;
     o.h = o.s1 * s2;

@@ -7,30 +7,30 @@ struct recurrence3 { float a0; float low; vec2 u; vec3 s; };
 // L D L^T of the matrix of central moments. A pivot not above `least` is rounding alone: there are
 // as many nodes as pivots above it, and the recurrence goes on as that of an even spread. Depths
 // are at most `most` from 0, and so are a and s, whatever rounding makes of them.
-recurrence3 recurrence3_of(vec2 m0, vec2 m1, vec2 m2, vec2 m3,
-                           vec2 m4, vec2 m5, vec2 m6, float least, float most) {
-    float r0 = 1.0 / m0.x;
-    vec2 k1 = ratio(m1, m0, r0), k2 = ratio(m2, m0, r0), k3 = ratio(m3, m0, r0);
-    vec2 c11 = pivot_of(reduced_even(m2, m1, k1), least), c21 = reduced(m3, m1, k2);
-    vec2 c31 = reduced_even(m4, m1, k3), c22 = reduced_even(m4, m2, k2);
-    vec2 c32 = reduced(m5, m3, k2), c33 = reduced_even(m6, m3, k3);
-    bool one = !(c11.x > least);
-    float r1 = 1.0 / c11.x;
-    vec2 l2 = ratio(c21, c11, r1), l3 = ratio(c31, c11, r1);
-    vec2 d22 = pivot_of(reduced_even(c22, c21, l2), least), d32 = reduced(c32, c31, l2);
-    vec2 d33 = reduced_even(c33, c31, l3);
-    bool two = one || !(d22.x > least);
-    float r2 = 1.0 / d22.x;
-    vec2 l32 = ratio(d32, d22, r2);
-    float h3 = low_of(d33, d32, l32, d33.x);
-    precise float u1 = fused(-2.0, k1.x, l2.x) + fused(-2.0, k1.y, l2.y);
-    precise float u2 = ((l32.x - l2.x) - k1.x) + ((l32.y - l2.y) - k1.y);
+recurrence3 recurrence3_of(pair m0, pair m1, pair m2, pair m3,
+                           pair m4, pair m5, pair m6, float least, float most) {
+    float r0 = 1.0 / HEAD(m0);
+    pair k1 = ratio(m1, m0, r0), k2 = ratio(m2, m0, r0), k3 = ratio(m3, m0, r0);
+    pair c11 = pivot_of(reduced_even(m2, m1, k1), least), c21 = reduced(m3, m1, k2);
+    pair c31 = reduced_even(m4, m1, k3), c22 = reduced_even(m4, m2, k2);
+    pair c32 = reduced(m5, m3, k2), c33 = reduced_even(m6, m3, k3);
+    bool one = !(HEAD(c11) > least);
+    float r1 = 1.0 / HEAD(c11);
+    pair l2 = ratio(c21, c11, r1), l3 = ratio(c31, c11, r1);
+    pair d22 = pivot_of(reduced_even(c22, c21, l2), least), d32 = reduced(c32, c31, l2);
+    pair d33 = reduced_even(c33, c31, l3);
+    bool two = one || !(HEAD(d22) > least);
+    float r2 = 1.0 / HEAD(d22);
+    pair l32 = ratio(d32, d22, r2);
+    float h3 = low_of(d33, d32, l32, HEAD(d33));
+    AS_WRITTEN float u1 = less_twice(l2, k1);
+    AS_WRITTEN float u2 = less_both(l32, l2, k1);
     recurrence3 o;
-    o.a0 = k1.x;
-    o.low = k1.y;
-    vec2 u = clamp(vec2(u1, u2), vec2(-most - k1.x), vec2(most - k1.x));
-    o.u = vec2(one ? -k1.x : u.x, two ? -k1.x : u.y);
-    o.s = vec3(c11.x * r0, one ? 0.25 : min(d22.x * r1, most),
+    o.a0 = HEAD(k1);
+    o.low = TAIL(k1);
+    vec2 u = clamp(vec2(u1, u2), vec2(-most - HEAD(k1)), vec2(most - HEAD(k1)));
+    o.u = vec2(one ? -HEAD(k1) : u.x, two ? -HEAD(k1) : u.y);
+    o.s = vec3(HEAD(c11) * r0, one ? 0.25 : min(HEAD(d22) * r1, most),
                two ? 0.25 : min(max(h3, least) * r2, most));
     return o;
 }
@@ -55,9 +55,9 @@ rule3 rule3_of(recurrence3 j) {
     float low = min(j.u.y, 0.0), gap = max(abs(j.u.y), 1e-12), high = low + gap;
     float e0 = swapped ? j.s.y : j.s.x, e1 = swapped ? j.s.x : j.s.y, middle = j.u.x - low;
     float s = max(low - m - lowest, 1e-12);
-    s = outer_step2(s, 0.5 * middle, e0, vec2(e1, 0.0), vec2(gap));
+    s = outer_step1(s, 0.5 * middle, e0, e1, gap);
     float t = max(highest + m - high, 1e-12);
-    t = outer_step2(t, 0.5 * (gap - middle), e1, vec2(e0, 0.0), vec2(gap));
+    t = outer_step1(t, 0.5 * (gap - middle), e1, e0, gap);
     // those divided out, what is left is rho0 / (x - low) + rho1 / (x - high) = 0
     float sg = s + gap, tg = t + gap, rho0 = e0 * (sg * t), rho1 = e1 * (s * tg);
     float part = gap / (rho0 + rho1), after = rho0 * part, before = rho1 * part;

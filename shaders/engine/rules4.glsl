@@ -4,39 +4,40 @@
 // a0 and what rounding took of it; u: a1, a2, a3 less a0; s1 to s4.
 struct recurrence4 { float a0; float low; vec3 u; vec4 s; };
 
-recurrence4 recurrence4_of(vec2 m0, vec2 m1, vec2 m2, vec2 m3,
-                           vec2 m4, vec2 m5, vec2 m6, vec2 m7,
-                           vec2 m8, float least, float most) {
-    float r0 = 1.0 / m0.x;
-    vec2 k1 = ratio(m1, m0, r0), k2 = ratio(m2, m0, r0), k3 = ratio(m3, m0, r0);
-    vec2 k4 = ratio(m4, m0, r0), c11 = pivot_of(reduced_even(m2, m1, k1), least);
-    vec2 c21 = reduced(m3, m1, k2), c31 = reduced_even(m4, m1, k3), c41 = reduced(m5, m1, k4);
-    vec2 c22 = reduced_even(m4, m2, k2), c32 = reduced(m5, m3, k2);
-    vec2 c42 = reduced_even(m6, m2, k4), c33 = reduced_even(m6, m3, k3);
-    vec2 c43 = reduced(m7, m3, k4), c44 = reduced_even(m8, m4, k4);
-    float r1 = 1.0 / c11.x;
-    vec2 l2 = ratio(c21, c11, r1), l3 = ratio(c31, c11, r1), l4 = ratio(c41, c11, r1);
-    vec2 d22 = pivot_of(reduced_even(c22, c21, l2), least), d32 = reduced(c32, c31, l2);
-    vec2 d42 = reduced(c42, c41, l2), d33 = reduced_even(c33, c31, l3);
-    vec2 d43 = reduced(c43, c41, l3), d44 = reduced_even(c44, c41, l4);
-    float r2 = 1.0 / d22.x;
-    vec2 n3 = ratio(d32, d22, r2), n4 = ratio(d42, d22, r2);
-    vec2 h33 = pivot_of(reduced_even(d33, d32, n3), least), h43 = reduced(d43, d42, n3);
-    vec2 h44 = reduced_even(d44, d42, n4);
-    float r3 = 1.0 / h33.x;
-    vec2 p4 = ratio(h43, h33, r3);
-    precise float u1 = fused(-2.0, k1.x, l2.x) + fused(-2.0, k1.y, l2.y);
-    precise float u2 = ((n3.x - l2.x) - k1.x) + ((n3.y - l2.y) - k1.y);
-    precise float u3 = ((p4.x - n3.x) - k1.x) + ((p4.y - n3.y) - k1.y);
-    float s4 = max(low_of(h44, h43, p4, h44.x), least) * r3;
-    bool one = !(c11.x > least), two = one || !(d22.x > least), three = two || !(h33.x > least);
-    vec3 u = clamp(vec3(u1, u2, u3), vec3(-most - k1.x), vec3(most - k1.x));
+recurrence4 recurrence4_of(pair m0, pair m1, pair m2, pair m3,
+                           pair m4, pair m5, pair m6, pair m7,
+                           pair m8, float least, float most) {
+    float r0 = 1.0 / HEAD(m0);
+    pair k1 = ratio(m1, m0, r0), k2 = ratio(m2, m0, r0), k3 = ratio(m3, m0, r0);
+    pair k4 = ratio(m4, m0, r0), c11 = pivot_of(reduced_even(m2, m1, k1), least);
+    pair c21 = reduced(m3, m1, k2), c31 = reduced_even(m4, m1, k3), c41 = reduced(m5, m1, k4);
+    pair c22 = reduced_even(m4, m2, k2), c32 = reduced(m5, m3, k2);
+    pair c42 = reduced_even(m6, m2, k4), c33 = reduced_even(m6, m3, k3);
+    pair c43 = reduced(m7, m3, k4), c44 = reduced_even(m8, m4, k4);
+    float r1 = 1.0 / HEAD(c11);
+    pair l2 = ratio(c21, c11, r1), l3 = ratio(c31, c11, r1), l4 = ratio(c41, c11, r1);
+    pair d22 = pivot_of(reduced_even(c22, c21, l2), least), d32 = reduced(c32, c31, l2);
+    pair d42 = reduced(c42, c41, l2), d33 = reduced_even(c33, c31, l3);
+    pair d43 = reduced(c43, c41, l3), d44 = reduced_even(c44, c41, l4);
+    float r2 = 1.0 / HEAD(d22);
+    pair n3 = ratio(d32, d22, r2), n4 = ratio(d42, d22, r2);
+    pair h33 = pivot_of(reduced_even(d33, d32, n3), least), h43 = reduced(d43, d42, n3);
+    pair h44 = reduced_even(d44, d42, n4);
+    float r3 = 1.0 / HEAD(h33);
+    pair p4 = ratio(h43, h33, r3);
+    AS_WRITTEN float u1 = less_twice(l2, k1);
+    AS_WRITTEN float u2 = less_both(n3, l2, k1);
+    AS_WRITTEN float u3 = less_both(p4, n3, k1);
+    float s4 = max(low_of(h44, h43, p4, HEAD(h44)), least) * r3;
+    bool one = !(HEAD(c11) > least), two = one || !(HEAD(d22) > least),
+         three = two || !(HEAD(h33) > least);
+    vec3 u = clamp(vec3(u1, u2, u3), vec3(-most - HEAD(k1)), vec3(most - HEAD(k1)));
     recurrence4 o;
-    o.a0 = k1.x;
-    o.low = k1.y;
-    o.u = vec3(one ? -k1.x : u.x, two ? -k1.x : u.y, three ? -k1.x : u.z);
-    o.s = vec4(c11.x * r0, one ? 0.25 : min(d22.x * r1, most),
-               two ? 0.25 : min(h33.x * r2, most), three ? 0.25 : min(s4, most));
+    o.a0 = HEAD(k1);
+    o.low = TAIL(k1);
+    o.u = vec3(one ? -HEAD(k1) : u.x, two ? -HEAD(k1) : u.y, three ? -HEAD(k1) : u.z);
+    o.s = vec4(HEAD(c11) * r0, one ? 0.25 : min(HEAD(d22) * r1, most),
+               two ? 0.25 : min(HEAD(h33) * r2, most), three ? 0.25 : min(s4, most));
     return o;
 }
 

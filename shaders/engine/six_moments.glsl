@@ -2,18 +2,19 @@
 // distribution, V2, V4 and V6 (MBOIT 4.1, its supplement), and what they say of a depth.
 //
 // PUBLISHED_BIAS  what outweighs rounding by itself; `sums`: of the text that includes this
-const float V2 = BY_WORDS(0.48, 0.5566);
-const float V4 = BY_WORDS(0.451, 0.489);
-const float V6 = BY_WORDS(0.45, 0.47869382);
+const vec3 SAFE = BY_WORDS(vec3(0.48, 0.451, 0.45), vec3(0.5566, 0.489, 0.47869382));
+#define V2 SAFE.x
+#define V4 SAFE.y
+#define V6 SAFE.z
 
 recurrence3 recurrence_of_sums(sums t) {
     float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(ROUNDING * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * BY_STORAGE(b0, (b0 + g));
     return recurrence3_of(
-        pivot_of(vec2(b0, g), 0.0), vec2(SUM_WITHIN(t.target0.x, b0), 0.0),
-        vec2(SUM_WITHIN(t.target0.y, b0), g * V2), vec2(SUM_WITHIN(t.target0.z, b0), 0.0),
-        vec2(SUM_WITHIN(t.target0.w, b0), g * V4), vec2(SUM_WITHIN(t.target1.x, b0), 0.0),
-        vec2(SUM_WITHIN(t.target1.y, b0), g * V6), least, 1.0);
+        pivot_of(PAIR(b0, g), 0.0), ALONE(SUM_WITHIN(t.target0.x, b0)),
+        PAIR(SUM_WITHIN(t.target0.y, b0), g * V2), ALONE(SUM_WITHIN(t.target0.z, b0)),
+        PAIR(SUM_WITHIN(t.target0.w, b0), g * V4), ALONE(SUM_WITHIN(t.target1.x, b0)),
+        PAIR(SUM_WITHIN(t.target1.y, b0), g * V6), least, 1.0);
 }
 
 // What is at z and in front of it, by nodes, residues and d of the rule. Of the distribution with a

@@ -11,7 +11,7 @@
 // ROW        words of the table of a square: TRIALS, one, and PER_WORD for each of marks
 // SQUARE     a side of squares in pixels that have tables of their own; 0: the picture has one
 //
-// Slices, at most.
+// Slices, at most: as many words of a pixel, or of a block.
 #ifndef SLOTS
 #define SLOTS 64
 #endif

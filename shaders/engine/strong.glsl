@@ -4,6 +4,7 @@
 //
 // ANCHORS  how many are kept; NETWORK: float[169], as that of bounded6.glsl
 #define OUTWARD_ENDS
+#define SUMS_ARE_WITHIN
 #include "engine/common.glsl"
 #include "engine/kept_keys.glsl"
 #include "engine/pairs.glsl"
@@ -36,7 +37,7 @@ own_extent extent_of(uint first) {
 
 // The opacity of a fragment among those that are not kept: of one that is none.
 float rest_of(uint first, float z, float alpha) {
-    return is_kept(key_of(z, alpha), load_words(first + uint(ANCHORS - 1))) ? 0.0 : alpha;
+    return is_kept(key_of(z, alpha), KEY_AT(first, ANCHORS - 1)) ? 0.0 : alpha;
 }
 
 sums accumulate(uvec2 pixel, uvec2 size, float z, float alpha) {
@@ -74,7 +75,7 @@ float transmittance(uvec2 pixel, uvec2 size, factors f, float z, float alpha) {
     uint first = first_word(pixel, size);
     float word = word_of(z), kept = 0.0, x = depth_within(extent_of(first), z);
     for (int k = 0; k < ANCHORS; ++k) {
-        uint key = load_words(first + uint(k));
+        whole_key key = KEY_AT(first, k);
         kept = kept + (word_of_key(key) < word ? absorbance_of_key(key) : 0.0);
     }
     vec2 mass = mass3_at(f.factor0.xyz, f.factor1.xyz, f.factor1.w, x);

@@ -44,13 +44,13 @@ factors factor(sums t) {
     float least = max(ROUNDING * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     // 8 times the means
     vec4 c = t.target0;
-    vec2 A = mixed(3.0, b0, 1.0, c.z, 3.0 * g), B = vec2(4.0 * c.x, 0.0);
-    vec2 m0 = pivot_of(sum_of(A, B, 1.0), 0.0), m2 = mixed(1.0, b0, -1.0, c.z, g);
-    vec2 m1 = mixed(2.0, c.y, 1.0, c.w, 0.0), m3 = mixed(2.0, c.y, -1.0, c.w, 0.0);
-    recurrence2 r = recurrence2_of(m0, m1, m2, m3, sum_of(A, B, -1.0), least, 1e30);
+    pair A = mixed(3.0, b0, 1.0, c.z, 3.0 * g), B = ALONE(4.0 * c.x);
+    pair m0 = pivot_of(sum_of(A, B, PLUS), 0.0), m2 = mixed(1.0, b0, -1.0, c.z, g);
+    pair m1 = mixed_alone(2.0, c.y, 1.0, c.w), m3 = mixed_alone(2.0, c.y, -1.0, c.w);
+    recurrence2 r = recurrence2_of(m0, m1, m2, m3, sum_of(A, B, LESS), least, 1e30);
     factors o;
     o.factor0 = vec4(r.a0, r.low, r.half_u, r.half_s2);
-    o.factor1 = vec4(r.s1, r.h, -1.44269504 * t.target1, m0.x / (8.0 * (b0 + g)));
+    o.factor1 = vec4(r.s1, r.h, -1.44269504 * t.target1, HEAD(m0) / (8.0 * (b0 + g)));
     return o;
 }
 

@@ -47,16 +47,16 @@ factors factor(sums t) {
     float least = max(ROUNDING * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     vec4 c = t.target0;
     vec2 c3 = t.target1;
-    vec2 A = mixed(10.0, b0, 6.0, c.z, 10.0 * g), B = mixed(15.0, c.x, 1.0, c3.x, 0.0);
-    vec2 P = mixed(2.0, b0, -2.0, c.z, 2.0 * g), Q = mixed(1.0, c.x, -1.0, c3.x, 0.0);
-    vec2 E = mixed(5.0, c.y, 1.0, c3.y, 0.0), G = vec2(4.0 * c.w, 0.0);
-    vec2 m0 = pivot_of(sum_of(A, B, 1.0), 0.0), m3 = mixed(3.0, c.y, -1.0, c3.y, 0.0);
+    pair A = mixed(10.0, b0, 6.0, c.z, 10.0 * g), B = mixed_alone(15.0, c.x, 1.0, c3.x);
+    pair P = mixed(2.0, b0, -2.0, c.z, 2.0 * g), Q = mixed_alone(1.0, c.x, -1.0, c3.x);
+    pair E = mixed_alone(5.0, c.y, 1.0, c3.y), G = ALONE(4.0 * c.w);
+    pair m0 = pivot_of(sum_of(A, B, PLUS), 0.0), m3 = mixed_alone(3.0, c.y, -1.0, c3.y);
     rule3 r = rule3_of(recurrence3_of(
-        m0, sum_of(E, G, 1.0), sum_of(P, Q, 1.0), m3, sum_of(P, Q, -1.0), sum_of(E, G, -1.0),
-        sum_of(A, B, -1.0), least, 1e30));
+        m0, sum_of(E, G, PLUS), sum_of(P, Q, PLUS), m3, sum_of(P, Q, LESS), sum_of(E, G, LESS),
+        sum_of(A, B, LESS), least, 1e30));
     factors o;
     o.factor0 = vec4(r.g, -1.44269504 * t.target2);
-    o.factor1 = vec4(r.e, r.d * (m0.x / (32.0 * (b0 + g))));
+    o.factor1 = vec4(r.e, r.d * (HEAD(m0) / (32.0 * (b0 + g))));
     return o;
 }
 

@@ -49,22 +49,22 @@ factors factor(sums t) {
     float b0 = max(t.target2, 1e-12), g = BIAS / (1.0 - BIAS) * b0;
     float least = max(ROUNDING * (1.0 - BIAS / PUBLISHED_BIAS), 1e-15) * b0;
     vec4 c = t.target0, c3 = t.target1;
-    vec2 A = mixed(35.0, b0, 28.0, c.z, 35.0 * g), B = mixed(56.0, c.x, 8.0, c3.x, 0.0);
-    vec2 P = mixed(5.0, b0, -4.0, c.z, 5.0 * g), Q = mixed(4.0, c.x, -4.0, c3.x, 0.0);
-    vec2 E = mixed(14.0, c.y, 6.0, c3.y, 0.0), G = mixed(14.0, c.w, 1.0, c3.w, 0.0);
-    vec2 I = mixed(6.0, c.y, -2.0, c3.y, 0.0), J = mixed(2.0, c.w, -1.0, c3.w, 0.0);
-    vec2 M = mixed(3.0, b0, -4.0, c.z, 3.0 * g), C4 = vec2(c3.z, 0.0);
-    A = sum_of(A, C4, 1.0);
-    P = sum_of(P, C4, -1.0);
-    vec2 m0 = pivot_of(sum_of(A, B, 1.0), 0.0);
+    pair A = mixed(35.0, b0, 28.0, c.z, 35.0 * g), B = mixed_alone(56.0, c.x, 8.0, c3.x);
+    pair P = mixed(5.0, b0, -4.0, c.z, 5.0 * g), Q = mixed_alone(4.0, c.x, -4.0, c3.x);
+    pair E = mixed_alone(14.0, c.y, 6.0, c3.y), G = mixed_alone(14.0, c.w, 1.0, c3.w);
+    pair I = mixed_alone(6.0, c.y, -2.0, c3.y), J = mixed_alone(2.0, c.w, -1.0, c3.w);
+    pair M = mixed(3.0, b0, -4.0, c.z, 3.0 * g), C4 = ALONE(c3.z);
+    A = sum_of(A, C4, PLUS);
+    P = sum_of(P, C4, LESS);
+    pair m0 = pivot_of(sum_of(A, B, PLUS), 0.0);
     rule4 r = rule4_of(recurrence4_of(
-        m0, sum_of(E, G, 1.0), sum_of(P, Q, 1.0), sum_of(I, J, 1.0), sum_of(M, C4, 1.0),
-        sum_of(I, J, -1.0), sum_of(P, Q, -1.0), sum_of(E, G, -1.0), sum_of(A, B, -1.0), least,
+        m0, sum_of(E, G, PLUS), sum_of(P, Q, PLUS), sum_of(I, J, PLUS), sum_of(M, C4, PLUS),
+        sum_of(I, J, LESS), sum_of(P, Q, LESS), sum_of(E, G, LESS), sum_of(A, B, LESS), least,
         1e30));
     factors o;
     o.factor0 = r.g;
     o.factor1 = r.e;
-    o.factor2 = vec2(r.d * (m0.x / (128.0 * (b0 + g))), -1.44269504 * t.target2);
+    o.factor2 = vec2(r.d * (HEAD(m0) / (128.0 * (b0 + g))), -1.44269504 * t.target2);
     return o;
 }
 

@@ -17,11 +17,9 @@
 #define CORNERS (AROUND * AROUND)
 
 #if PASS == CAPTURE
-void capture(uint p) {
-    precise double through = 1.0;
-    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) through *= 1.0 - double(alphas[i]);
-    set_total(p, through);
-}
+#include "arrays/let_through.glsl"
+
+void capture(uint p) { set_total(p, let_through(p)); }
 #elif PASS == DEPOSIT
 void own_pass(uint p, surface s) {
     if (!gives(p)) return; // where no pixel that does has anything, a cell may have no slices

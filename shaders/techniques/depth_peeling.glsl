@@ -8,14 +8,13 @@
 #include "arrays/fragments.glsl"
 #include "arrays/ranks.glsl"
 #include "arrays/foremost.glsl"
+#include "arrays/let_through.glsl"
 
 #if PASS == CAPTURE
 void capture(uint p) {
     precise double through = foremost_before(p, K(0.0), ~1u).through;
 #if EXACT
-    precise double all = 1.0;
-    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) all = all * (1.0 - double(alphas[i]));
-    through = through < 1.0 ? all : through;
+    through = through < 1.0 ? let_through(p) : through;
 #endif
     set_total(p, through);
 }

@@ -268,7 +268,7 @@ void capture(uint p) {
     doubles[DOUBLES_SIZE * p + 4u] = r.d;
     doubles[DOUBLES_SIZE * p + 5u] = STORAGE == STORAGE_FLOAT32 ? s.b0 : held_total(double(SCALAR(s.b0)));
 #endif
-    if (OF_BLOCKS == 0) set_total(p, product(p));
+    if (OF_BLOCKS == 0) set_total(p, let_through(p));
 }
 #elif PASS == SECOND
 void own_pass(uint p) {

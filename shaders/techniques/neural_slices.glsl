@@ -89,11 +89,9 @@ void after_round(uint p) {
     begin_slices(p, number(65535u - indices[2u * p]), number(indices[2u * p + 1u]));
 }
 #elif PASS == CAPTURE
-void capture(uint p) {
-    precise double through = 1.0;
-    for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) through *= 1.0 - double(alphas[i]);
-    set_total(p, through);
-}
+#include "arrays/let_through.glsl"
+
+void capture(uint p) { set_total(p, let_through(p)); }
 #elif PASS == DEPOSIT
 void own_pass(uint p, surface s) { deposit(p, s); }
 #elif PASS == DRAW_WORDS

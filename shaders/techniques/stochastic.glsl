@@ -42,11 +42,12 @@ void own_pass(uint p, surface s) {
 #endif
 
 #if PASS == CAPTURE
+#include "arrays/let_through.glsl"
+
 void capture(uint p) {
     number nearest[SAMPLES];
     const number infinite = number(uintBitsToFloat(0x7f800000u));
     for (int k = 0; k < SAMPLES; ++k) nearest[k] = infinite;
-    precise double through = 1.0;
     uint end = offsets[p + 1u];
     for (uint i = offsets[p]; i < end; ++i) {
         number depth = number(depths[i]);
@@ -56,13 +57,12 @@ void capture(uint p) {
             uint covers = k < 32 ? low >> k : high >> (k - 32);
             nearest[k] = (covers & 1u) == 1u ? min(nearest[k], depth) : nearest[k];
         }
-        through = through * (1.0 - double(alphas[i]));
     }
     for (int k = 0; k < SAMPLES; ++k) state[uint(SAMPLES) * p + uint(k)] = nearest[k];
 #if HASHED_ALPHA
     set_total(p, nearest[0] < infinite ? 0.0 : 1.0);
 #else
-    set_total(p, through); // the published total is exact
+    set_total(p, let_through(p)); // the published total is exact
 #endif
 }
 #endif

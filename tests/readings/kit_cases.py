@@ -104,7 +104,8 @@ def through_errors(technique, language: str, case: Case) -> np.ndarray:
     if kits.include(technique, language).side > 1:
         return errors_of_blocks(technique, language, case)
     kit = kits.include(technique, language)
-    z = placed(technique, language, case)
+    extents = own_extents(technique, language, case) if kit.extents else None
+    z = placed(technique, language, case, extents)
     given = z if kit.extents else case.depth
     sums = case.blended(kits.accumulated(technique, language, given, case.alpha), kit.held)
     if kit.second:
@@ -115,7 +116,8 @@ def through_errors(technique, language: str, case: Case) -> np.ndarray:
         held = rounded(kits.factors(technique, language, sums), kit.factor_formats)
         found = kits.through_factors(technique, language, held[case.pixel], z, case.alpha)
     else:
-        found = kits.through(technique, language, sums[case.pixel], z, case.alpha)
+        asked = (sums[case.pixel], z, case.alpha)
+        found = kits.through(technique, language, *asked, extents=extents)
     core = with_bias_of_float32(technique)
     fragments = case.fragments()
     error = np.abs(found - moit.transmittance(fragments, core))
@@ -123,14 +125,19 @@ def through_errors(technique, language: str, case: Case) -> np.ndarray:
     return error[sound(core, fragments, case)]
 
 
-def placed(technique, language: str, case: Case) -> np.ndarray:
-    """(n,): z of fragments, by the camera's range of depth or each pixel's own."""
-    if not kits.include(technique, language).extents:
+def placed(technique, language: str, case: Case, extents: np.ndarray | None) -> np.ndarray:
+    """(n,): z of fragments, by the camera's range of depth or their pixels' own."""
+    if extents is None:
         return kits.warped(technique, language, case.depth)
+    return kits.warped_within(technique, language, extents, case.depth)
+
+
+def own_extents(technique, language: str, case: Case) -> np.ndarray:
+    """(n, 2): of fragments, the ends of their pixels as targets hold these."""
     each = kits.extents_of(technique, language, case.depth)
     formats = [target.format for _, target in kits.include(technique, language).extents]
     most = rounded(np.maximum.reduceat(each, case.offsets[:-1], axis=0), formats)
-    return kits.warped_within(technique, language, most[case.pixel], case.depth)
+    return most[case.pixel]
 
 
 def rounded(numbers: np.ndarray, formats: Sequence[str]) -> np.ndarray:

@@ -503,18 +503,25 @@ def warped_within(technique, language: str, extents, depth) -> np.ndarray:
     return run(kit, np.column_stack([extents, depth]), lines, 1)[:, 0]
 
 
-def through(technique, language: str, sums, z, alpha, in_place=False, **options) -> np.ndarray:
-    """Transmittance of fragments at z with opacity alpha, given what their pixels keep (n, k)."""
+def through(
+    technique, language: str, sums, z, alpha, in_place=False, extents=None, **options
+) -> np.ndarray:
+    """Transmittance of fragments at z with opacity alpha, given what their pixels keep (n, k);
+    extents: and their own ranges (n, 2), where factors hang on these."""
     kit = include(technique, language, **options)
-    row = sums.shape[1] + 2
+    ranges = [extents] if extents is not None and kit.factors_read_extents else []
+    row = sums.shape[1] + 2 * len(ranges) + 2
     lines, at = filled(technique, "sums", "sums", language, row)
-    spelling = Spelling(language)
+    if ranges:
+        more, at = filled(technique, "extents", "own", language, row, at)
+        lines += more
+    spelling, own = Spelling(language), ", own" * len(ranges)
     in_place |= "moit_factor" not in kit.calls
-    pixel = "sums" if in_place else "moit_factor(sums)"
+    pixel = f"sums{own}" if in_place else f"moit_factor(sums{own})"
     name = "moit_transmittance_of_sums" if in_place else "moit_transmittance"
     asked = f"{spelling.given(at, 1, row)}, {spelling.given(at + 1, 1, row)}"
     lines.append(f"made[i] = {name}({pixel}, {asked});")
-    given = np.concatenate([sums, np.stack([z, alpha], 1)], 1)
+    given = np.concatenate([sums, *ranges, np.stack([z, alpha], 1)], 1)
     return run(kit, given, lines, 1)[:, 0]
 
 

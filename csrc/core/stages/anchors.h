@@ -13,12 +13,13 @@ FN void anchor_keys_of(const bool large, double gamma, int n, const SCALAR *alph
     for (int i = 0; i < n; i += LANES) {
         real u = load(z + i), word = large ? fine_word(u) : unorm16_word(u);
         anchor_key k = anchor_key_of(load_at_most(alpha + i, n - i), u, word, K(gamma));
+        real fine = anchor_fine(k, word);
         store(z + i, word);
         for (int lane = 0; lane < LANES; ++lane) {
             uint32_t upper = (uint32_t)k.upper[lane], lower = (uint32_t)k.lower[lane];
             if (large)
                 ((uint64_t *)keys)[i + lane] =
-                    (uint64_t)upper << 18 | (uint64_t)(uint32_t)k.fine[lane] << 10 | lower;
+                    (uint64_t)upper << 18 | (uint64_t)(uint32_t)fine[lane] << 10 | lower;
             else ((uint32_t *)keys)[i + lane] = upper << 10 | lower;
         }
     }

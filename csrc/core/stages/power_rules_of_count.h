@@ -2,23 +2,83 @@
 #include "kernels/power_rules.h"
 #include "kernels/power_bounds.h"
 
+/* Rules of several vectors of pixels are made together: steps to a root wait for one another, and a
+ * processor has other work meanwhile where each is taken for all before the next is. */
+enum { NAMED(RULES_TOGETHER) = 8 };
+
+/* As interlaced_roots, of k > 1 poles. So many steps are `usual`. */
+FN void NAMED(roots_together)(int n, const int k, const int usual, const real *level,
+                              NAMED(partial) *poles, const real *converged, NAMED(roots) *found) {
+    NAMED(outer_end) end[2][NAMED(RULES_TOGETHER)];
+    NAMED(sought_root) x[2][NAMED(RULES_TOGETHER)];
+    const real most = K(FARTHEST), one = K(1.0);
+    for (int b = 0; b < 2; ++b) {
+        for (int v = 0; v < n; ++v)
+            end[b][v] = NAMED(end_of_poles)(level[v], poles[v].g, poles[v].e, k, b);
+        for (int v = 0; v < n; ++v)
+            x[b][v] = NAMED(lowest_root_start)(one, end[b][v].level, end[b][v].e, end[b][v].gap, k,
+                                               most, EVERYWHERE);
+        for (int step = 0; step < usual; ++step)
+            for (int v = 0; v < n; ++v)
+                x[b][v] = NAMED(lowest_root_nearer)(x[b][v], converged[v], one, end[b][v].level,
+                                                    end[b][v].e, end[b][v].gap, k, most);
+        for (int v = 0; v < n; ++v)
+            x[b][v].s = NAMED(lowest_root_found)(x[b][v], usual, converged[v], one, end[b][v].level,
+                                                 end[b][v].e, end[b][v].gap, k, most);
+    }
+    for (int v = 0; v < n; ++v)
+        found[v] = NAMED(roots_within)(level[v], poles[v].g, poles[v].e, k, end[0][v], x[0][v].s,
+                                       end[1][v], x[1][v].s);
+}
+
+FN void NAMED(one_more_together)(int n, const int k, const NAMED(recurrence) *c,
+                                 NAMED(partial) *all) {
+    NAMED(roots) found[NAMED(RULES_TOGETHER)];
+    real level[NAMED(RULES_TOGETHER)], converged[NAMED(RULES_TOGETHER)];
+    for (int v = 0; v < n; ++v) {
+        level[v] = c[v].a[k];
+        converged[v] = c[v].converged;
+    }
+    NAMED(roots_together)(n, k, 1, level, all, converged, found);
+    for (int v = 0; v < n; ++v) all[v] = NAMED(partial_of)(found[v], c[v], k);
+}
+
 FN void NAMED(rules_held_as)(const int floats, int pixels, const double *b, double bias,
                              const double *safe_, double least, double *rules) {
     NAMED(moments) safe;
+    NAMED(recurrence) c[NAMED(RULES_TOGETHER)];
+    NAMED(partial) all[NAMED(RULES_TOGETHER)];
     for (int k = 0; k < 2 * NODES; ++k) safe.b[k] = K(safe_[k]);
-    for (int p = 0; p < pixels; p += LANES) {
-        SCALAR columns[2 * NODES][LANES];
-        columns_of(2 * NODES, pixels - p, b + p * 2 * NODES, columns);
-        NAMED(moments) m;
-        for (int k = 0; k < 2 * NODES; ++k) m.b[k] = load(columns[k]);
-        NAMED(rule) r = NAMED(gauss_rule)(floats, m, K(bias), safe, K(least));
-        for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) {
-            double *out = rules + (p + lane) * MOIT_RULE_SIZE(2 * NODES);
-            for (int i = 0; i < NODES; ++i) {
-                out[i] = r.g[i][lane];
-                out[NODES + i] = r.e[i][lane];
+    for (int first = 0; first < pixels; first += NAMED(RULES_TOGETHER) *LANES) {
+        int n = 0;
+        for (int p = first; p < pixels && n < NAMED(RULES_TOGETHER); p += LANES, ++n) {
+            SCALAR columns[2 * NODES][LANES];
+            columns_of(2 * NODES, pixels - p, b + p * 2 * NODES, columns);
+            NAMED(moments) m;
+            for (int k = 0; k < 2 * NODES; ++k) m.b[k] = load(columns[k]);
+            c[n] = floats ? NAMED(plain_recurrence_of)(m, K(bias), safe, K(least))
+                          : NAMED(recurrence_of)(m, K(bias), safe, K(least));
+            all[n] = NAMED(first_node)(c[n]);
+#if NODES > 1
+            all[n] = NAMED(one_more_node)(all[n], c[n], 1);
+#endif
+        }
+#if NODES > 2
+        NAMED(one_more_together)(n, 2, c, all);
+#endif
+#if NODES > 3
+        NAMED(one_more_together)(n, 3, c, all);
+#endif
+        for (int v = 0, p = first; v < n; ++v, p += LANES) {
+            NAMED(rule) r = NAMED(rule_from)(c[v], all[v]);
+            for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) {
+                double *out = rules + (p + lane) * MOIT_RULE_SIZE(2 * NODES);
+                for (int i = 0; i < NODES; ++i) {
+                    out[i] = r.g[i][lane];
+                    out[NODES + i] = r.e[i][lane];
+                }
+                out[2 * NODES] = r.d[lane];
             }
-            out[2 * NODES] = r.d[lane];
         }
     }
 }
