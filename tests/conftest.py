@@ -78,7 +78,6 @@ LONG = {
         "test_signals_are_handled_while_a_call_lasts_and_may_stop_it",
         "test_the_core_asks_many_times_in_a_call_of_a_few_seconds",
     },
-    "test_kit.py": {"test_the_page_says_how_long_the_longest_includes_are"},  # writes all of them
     "test_kit_examples.py": {"test_wgpu_draws_what_moit_does"},  # starts wgpu
     "test_kit_run.py": {"test_measured_errors_are_of_the_texts_as_they_are"},  # all texts
     "test_leaks.py": {"test_questions_of_the_surface_keep_no_memory"},  # as in test_gpu_errors.py
