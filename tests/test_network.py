@@ -127,6 +127,20 @@ def test_what_does_not_fit_is_refused(changes, words):
         Network(**{"kind": "neural-bounded", "weights": EIGHTS[0], "biases": EIGHTS[1], **changes})
 
 
+@kinds
+def test_weights_whose_sums_no_float_holds_are_refused(kind):
+    small = random_network(kind)
+    for layer, one in enumerate(small.weights):
+        weights = list(small.weights)
+        weights[layer] = np.full_like(one, 1e9)
+        moit.Network(kind, weights, small.biases)
+        weights[layer] = np.full_like(one, -3e38)
+        with pytest.raises(NetworkError, match="weights: so large that sums"):
+            moit.Network(kind, weights, small.biases)
+    with pytest.raises(NetworkError, match="weights: so large that sums"):  # none alone is
+        moit.Network(kind, [np.full_like(one, 1e20) for one in small.weights], small.biases)
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

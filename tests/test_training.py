@@ -355,6 +355,9 @@ def test_data_that_cannot_be_learnt_from_is_refused():
 def test_too_great_a_rate_is_an_error_and_no_network():
     with pytest.raises(FloatingPointError, match=r"loss of epoch \d+ is nan.*lower rate"):
         moit.train("neural-bounded", "surfaces", **{**SMALL, "rate": 1e38})
+    once = {"fragments": 50, "epochs": 1, "batch": 10**9, "progress": False}
+    with pytest.raises(FloatingPointError, match=r"weights: so large.*lower rate"):
+        moit.train("neural-bounded", "surfaces", rate=1e30, **once)
 
 
 def test_a_network_says_how_it_was_made(tmp_path):

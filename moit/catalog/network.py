@@ -30,6 +30,8 @@ SIZES: dict[str, tuple[int, ...]] = {
     "strong": (10, 8, 8, 1),
     "neural-slices": (10, 8, 8, 1),
 }
+# No technique's features are larger: positions, shares and logarithms of absorbances.
+MOST_OF_FEATURES = 1e4
 KINDS = tuple(SIZES)
 
 # Larger members are not those of such networks.
@@ -66,7 +68,7 @@ class Network:
     Between layers negative values become 0 (ReLU); what is done to the output belongs to the
     technique. Two networks are equal where kind, weights, biases, mean and scale are; these, not
     the path of a file, make a technique's answers. Raises NetworkError, a ValueError, where shapes
-    do not fit the kind or one another, or a number is not finite.
+    do not fit the kind or one another, or a number is not finite or so large that sums are not.
 
     >>> weights = [np.ones(size, np.float32) for size in [(8, 8), (8, 8), (1, 8)]]
     >>> biases = [np.zeros(size, np.float32) for size in (8, 8, 1)]
@@ -118,6 +120,20 @@ class Network:
             raise NetworkError(f"data_hash: expected text, got {type(self.data_hash).__name__}")
         if not np.isfinite(self.packed()).all():
             raise NetworkError("scale: so small that weights by features are beyond float32")
+        if not self._largest_sum() < 1e36:  # products of these with features' slopes are numbers, too
+            raise NetworkError(
+                f"weights: so large that sums of features of {MOST_OF_FEATURES:g} leave float32"
+            )
+
+    def _largest_sum(self) -> float:
+        """That any value of any layer may be, of features as large as they get."""
+        reach, at, packed = np.full(self.sizes[0], MOST_OF_FEATURES), 0, self.packed()
+        for inputs, outputs in itertools.pairwise(self.sizes):
+            size = outputs * (inputs + 1)
+            rows = np.abs(packed[at : at + size].reshape(outputs, inputs + 1).astype(np.float64))
+            with np.errstate(over="ignore"):
+                reach, at = rows @ np.append(reach, 1.0), at + size
+        return float(reach.max())
 
     @property
     def sizes(self) -> tuple[int, ...]:

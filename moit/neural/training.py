@@ -15,7 +15,7 @@ import numpy as np
 
 from moit.catalog import Technique
 from moit.catalog import technique as technique_named
-from moit.catalog.network import SIZES, Network
+from moit.catalog.network import SIZES, Network, NetworkError
 from moit.checks.arguments import one_of, path_name, truth, whole
 from moit.checks.exceptions import FragmentsError
 from moit.checks.randomness import MOST_SEED, seed_of
@@ -93,7 +93,7 @@ def train(
     Raises TypeError and ValueError for arguments that do not fit; FragmentsError for data without
     a transparent fragment or with depth that the technique cannot take; checkpoint.CheckpointError
     for one that is damaged or of another training; FloatingPointError where the loss is no number
-    any more, as too great a rate makes it; KeyboardInterrupt with a message that says how to go on.
+    any more, or sums of weights are none, as too great a rate makes them; KeyboardInterrupt with a message that says how to go on.
 
     >>> network = moit.train("neural-bounded", "surfaces", fragments=200, epochs=1, batch=100,
     ...     progress=False)
@@ -213,15 +213,18 @@ class _Work:
         perceptron = state.network
         shown = np.unique(np.linspace(1, state.epoch, 50).round().astype(int))
         losses = [(int(i), *(round(x, 9) for x in state.losses[i - 1])) for i in shown]
-        made = Network(
-            kind=network_kind(self.technique),
-            weights=[one.copy() for one in perceptron.weights],
-            biases=[one.copy() for one in perceptron.biases],
-            mean=self.mean,
-            scale=self.scale,
-            recipe={**self.facts, "losses": losses},
-            data_hash=self.hash,
-        )
+        try:
+            made = Network(
+                kind=network_kind(self.technique),
+                weights=[one.copy() for one in perceptron.weights],
+                biases=[one.copy() for one in perceptron.biases],
+                mean=self.mean,
+                scale=self.scale,
+                recipe={**self.facts, "losses": losses},
+                data_hash=self.hash,
+            )
+        except NetworkError as error:  # what data has was checked before: weights grew
+            raise FloatingPointError(f"{error}; train with a lower rate") from None
         return dataclasses.replace(made, scores=scores(made, self.technique))
 
 
