@@ -120,7 +120,7 @@ class Network:
             raise NetworkError(f"data_hash: expected text, got {type(self.data_hash).__name__}")
         if not np.isfinite(self.packed()).all():
             raise NetworkError("scale: so small that weights by features are beyond float32")
-        if not self._largest_sum() < 1e36:  # products of these with features' slopes are numbers, too
+        if not self._largest_sum() < 1e36:  # their products with slopes are numbers, too
             raise NetworkError(
                 f"weights: so large that sums of features of {MOST_OF_FEATURES:g} leave float32"
             )

@@ -93,7 +93,8 @@ def train(
     Raises TypeError and ValueError for arguments that do not fit; FragmentsError for data without
     a transparent fragment or with depth that the technique cannot take; checkpoint.CheckpointError
     for one that is damaged or of another training; FloatingPointError where the loss is no number
-    any more, or sums of weights are none, as too great a rate makes them; KeyboardInterrupt with a message that says how to go on.
+    any more, or sums of weights are none, as too great a rate makes them; KeyboardInterrupt with a
+    message that says how to go on.
 
     >>> network = moit.train("neural-bounded", "surfaces", fragments=200, epochs=1, batch=100,
     ...     progress=False)
