@@ -48,18 +48,18 @@ void capture(uint p) {
 #endif
 }
 #elif PASS == CAPTURE
-#include "arrays/let_through.glsl"
-
 void capture(uint p) {
 #if !OF_BLOCKS
     for (uint k = 0u; k < SUMS; ++k) sums[SUMS * p + k] = 0u;
 #endif
-    set_total(p, let_through(p));
-#if FULL_TOTAL
+    precise double through = 1.0;
     precise double fine = 0.0; // whole numbers: exact
     for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
+        through *= 1.0 - double(alphas[i]);
         fine += double(fine_code(absorbance_of(number(alphas[i]))));
     }
+    set_total(p, through);
+#if FULL_TOTAL
     doubles[DOUBLES_SIZE * p + DOUBLES_SIZE - 1u] = fine;
 #endif
 }
