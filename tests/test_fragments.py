@@ -445,6 +445,19 @@ def test_copies_hold_the_same(copied):
     assert_same(copied(f), f)
 
 
+@pytest.mark.parametrize("by", [1, 4])
+def test_a_pickle_whose_arrays_begin_anywhere_is_read(by):
+    f = random_fragments()
+    pieces, moved = [], []
+    said = pickle.dumps(f, protocol=5, buffer_callback=pieces.append)
+    for one in pieces:  # as a message of several things has them
+        room = np.empty(len(one.raw()) + 16, np.uint8)
+        first = -room.ctypes.data % 8 + by
+        room[first : first + len(one.raw())] = one.raw()
+        moved.append(memoryview(room)[first : first + len(one.raw())])
+    assert_same(pickle.loads(said, buffers=moved), f)
+
+
 def test_a_deep_copy_does_not_follow_the_callers_array():
     depth = np.ones(1, np.float32)
     f = moit.Fragments([0, 1], depth, depth)

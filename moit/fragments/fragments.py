@@ -526,6 +526,9 @@ def _restored(
     origin: tuple[int, int],
     frame: Frame | None = None,
 ) -> Fragments:
+    # What lies in a message of other things begins anywhere.
+    held = np.require(offsets, np.int64, ["C", "A"])
+    whole = tuple(None if one is None else np.require(one, None, ["C", "A"]) for one in arrays)
     f = object.__new__(cls)
-    f._check(offsets, arrays, shape, depth_range, origin, frame=frame)
+    f._check(held, whole, shape, depth_range, origin, frame=frame)
     return f
