@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from moit.checks.arguments import one_of, path_name
 from moit.checks.exceptions import MoitError
+from moit.checks.unchanging import Unchanging
 from moit.formats.npz import members
 from moit.system.files import writing
 
@@ -50,7 +51,7 @@ class NetworkError(MoitError, ValueError):
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Network:
+class Network(Unchanging):
     """The weights of a small multilayer perceptron, with how they came about.
 
     kind : "neural", "neural-image", "dfa", "neural-bounded", "neural-bounded6", "strong" or

@@ -528,7 +528,7 @@ def _restored(
 ) -> Fragments:
     # What lies in a message of other things begins anywhere.
     held = np.require(offsets, np.int64, ["C", "A"])
-    whole = tuple(None if one is None else np.require(one, None, ["C", "A"]) for one in arrays)
+    whole: Any = tuple(None if one is None else np.require(one, None, ["C", "A"]) for one in arrays)
     f = object.__new__(cls)
     f._check(held, whole, shape, depth_range, origin, frame=frame)
     return f

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from moit import _core
 from moit.checks.exceptions import PrimitiveError
+from moit.checks.unchanging import Unchanging
 from moit.geometry.attributes import Attributes
 from moit.geometry.drawing import Emitted, Frame, one_after_the_other
 from moit.geometry.foreign import foreign_grid
@@ -21,7 +22,7 @@ MOST_SLABS = 65536  # fragments that a pixel may have of one volume
 ROWS = 256  # of the table that a function is asked for
 
 
-class Volume:
+class Volume(Unchanging):
     """What absorbs light and gives it, at the points of a regular grid, linear between them:
     clouds, flames, fields of numbers.
 

@@ -14,6 +14,7 @@ from moit import _core
 from moit.checks.arguments import truth
 from moit.checks.arrays import as_array, finite, integers
 from moit.checks.exceptions import MeshError
+from moit.checks.unchanging import Unchanging
 from moit.geometry.attributes import Attributes
 from moit.geometry.drawing import Drawable, Emitted, Frame
 from moit.geometry.foreign import foreign_meshes
@@ -29,7 +30,7 @@ OF_MESH = Attributes(MeshError)
 FAR_AWAY = 64.0
 
 
-class Mesh:
+class Mesh(Unchanging):
     """Triangles with a colour and an opacity.
 
     vertices : (V, 3) positions, finite; or a mesh of another library, without triangles: a

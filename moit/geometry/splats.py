@@ -13,6 +13,7 @@ from moit import _core
 from moit.checks.arguments import truth
 from moit.checks.arrays import as_array
 from moit.checks.exceptions import SplatsError
+from moit.checks.unchanging import Unchanging
 from moit.geometry.attributes import Attributes
 from moit.geometry.drawing import Emitted, Frame, one_after_the_other
 
@@ -31,7 +32,7 @@ OF_DEGREE_0 = 0.28209479177387814  # the harmonic of degree 0, 1 / sqrt(4 pi)
 REACH = 3.33
 
 
-class Splats:
+class Splats(Unchanging):
     """Ellipsoids whose opacity falls off as a Gaussian does, with colours that depend on the view
     (Kerbl et al., "3D Gaussian Splatting for Real-Time Radiance Field Rendering", 2023).
 

@@ -13,6 +13,7 @@ from moit import _core
 from moit.checks.arguments import truth
 from moit.checks.arrays import as_array, integers
 from moit.checks.exceptions import PrimitiveError
+from moit.checks.unchanging import Unchanging
 from moit.geometry.attributes import Attributes
 from moit.geometry.drawing import Emitted, Frame, one_after_the_other
 from moit.geometry.foreign import foreign_cells
@@ -26,7 +27,7 @@ SAMPLES = 64  # MOIT_SAMPLES of csrc/moit_strokes.h
 GREY = (0.7, 0.7, 0.7)
 
 
-class Strokes:
+class Strokes(Unchanging):
     """What points and lines have in common: nodes, and how they are drawn.
 
     positions : (N, 3) float64, in the scene; first (S + 1,) int64: nodes of stroke i are those from

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from moit import _core
 from moit.checks.arguments import one_of
 from moit.checks.arrays import as_array, finite
+from moit.checks.unchanging import Unchanging
 from moit.reports.pictures import from_srgb
 
 Array = NDArray[Any]
@@ -24,7 +25,7 @@ GREATEST = {np.dtype(np.uint8): 255, np.dtype(np.uint16): 65535}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Texture:
+class Texture(Unchanging):
     """An image that triangles wear: `Mesh(..., uv=uv, texture=Texture(image))`.
 
     image : (H, W, 3), or (H, W, 4) with alpha, not multiplied by it; sides up to 16,384. Floats:
