@@ -364,7 +364,7 @@ def test_the_table_is_what_the_technique_draws_to(name, tmp_path):
     shipped = shipped_targets_of(technique)
     if shipped.second:  # moit's own passes draw to the first again
         drawn[-1 - (technique.block_side > 1) : -1 - (technique.block_side > 1)] = shipped.second
-    if technique.uses_atomics and shipped.held:  # they have a pixel's own total in its words
+    if technique.kind == "slices" and shipped.held:  # they have a pixel's own total in words
         drawn = [*shipped.held, *shipped.shaded]
     # means are drawn once, and no target of the technique's
     given = [one for one in table["targets"] if not one["name"].startswith("mean")]
