@@ -1,6 +1,7 @@
 """Small fragments that several suites share."""
 
 import os
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -28,3 +29,19 @@ def some_fragments(height=24, width=32, most=5, seed=0, color=True, dtype=None):
         shape=(height, width),
         dtype=dtype,
     )
+
+
+def out_of_a_message(thing, by=1, is_written_over=False):
+    """What a pickle gives back whose arrays lie in a message of several things, where they begin
+    anywhere, and which may be written over afterwards."""
+    pieces, moved = [], []
+    said = pickle.dumps(thing, protocol=5, buffer_callback=pieces.append)
+    for one in pieces:
+        room = np.empty(len(one.raw()) + 16, np.uint8)
+        first = -room.ctypes.data % 8 + by
+        moved.append(memoryview(room)[first : first + len(one.raw())])
+        moved[-1][:] = one.raw()
+    found = pickle.loads(said, buffers=moved)
+    for one in moved if is_written_over else ():
+        one[:] = b"\xff" * len(one)
+    return found

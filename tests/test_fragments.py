@@ -9,6 +9,7 @@ import sys
 
 import numpy as np
 import pytest
+from small import out_of_a_message
 
 import moit
 from moit import _core
@@ -448,14 +449,7 @@ def test_copies_hold_the_same(copied):
 @pytest.mark.parametrize("by", [1, 4])
 def test_a_pickle_whose_arrays_begin_anywhere_is_read(by):
     f = random_fragments()
-    pieces, moved = [], []
-    said = pickle.dumps(f, protocol=5, buffer_callback=pieces.append)
-    for one in pieces:  # as a message of several things has them
-        room = np.empty(len(one.raw()) + 16, np.uint8)
-        first = -room.ctypes.data % 8 + by
-        room[first : first + len(one.raw())] = one.raw()
-        moved.append(memoryview(room)[first : first + len(one.raw())])
-    assert_same(pickle.loads(said, buffers=moved), f)
+    assert_same(out_of_a_message(f, by), f)
 
 
 def test_a_deep_copy_does_not_follow_the_callers_array():

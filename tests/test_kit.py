@@ -364,7 +364,8 @@ def test_the_table_is_what_the_technique_draws_to(name, tmp_path):
     shipped = shipped_targets_of(technique)
     if shipped.second:  # moit's own passes draw to the first again
         drawn[-1 - (technique.block_side > 1) : -1 - (technique.block_side > 1)] = shipped.second
-    if technique.kind == "slices" and shipped.held:  # they have a pixel's own total in words
+    own = technique.drawn_to()
+    if own and shipped.held and not own.held:  # in words, as a pixel's own total of slices
         drawn = [*shipped.held, *shipped.shaded]
     # means are drawn once, and no target of the technique's
     given = [one for one in table["targets"] if not one["name"].startswith("mean")]

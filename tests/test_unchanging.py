@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from small import out_of_a_message
 
 import moit
 
@@ -30,26 +31,11 @@ DRAWN = {
 }
 
 
-def far_apart(thing):
-    """As a message of several things has it, whose arrays begin anywhere."""
-    pieces, moved = [], []
-    said = pickle.dumps(thing, protocol=5, buffer_callback=pieces.append)
-    for one in pieces:
-        room = np.empty(len(one.raw()) + 16, np.uint8)
-        first = -room.ctypes.data % 8 + 1
-        room[first : first + len(one.raw())] = one.raw()
-        moved.append(memoryview(room)[first : first + len(one.raw())])
-    found = pickle.loads(said, buffers=moved)
-    for one in moved:  # what the message is written over with is not seen
-        one[:] = b"\xff" * len(one)
-    return found
-
-
 WAYS = {
     "pickle": lambda thing: pickle.loads(pickle.dumps(thing)),
     "copy": copy.copy,
     "deepcopy": copy.deepcopy,
-    "message": far_apart,
+    "message": lambda thing: out_of_a_message(thing, is_written_over=True),
 }
 
 

@@ -52,6 +52,7 @@ void capture(uint p) {
 #if !OF_BLOCKS
     for (uint k = 0u; k < SUMS; ++k) sums[SUMS * p + k] = 0u;
 #endif
+    // Both by one loop, not by arrays/let_through.glsl: with two llvmpipe gives other totals.
     precise double through = 1.0;
     precise double fine = 0.0; // whole numbers: exact
     for (uint i = offsets[p]; i < offsets[p + 1u]; ++i) {
