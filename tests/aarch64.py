@@ -24,7 +24,7 @@ from c_core import build, program_names  # noqa: E402
 
 COMPILER = "aarch64-linux-gnu-gcc"
 EMULATORS = ("qemu-aarch64-static", "qemu-aarch64")
-LIBRARIES = "/usr/aarch64-linux-gnu"
+LIBRARIES = Path("/usr/aarch64-linux-gnu")
 # Cases of tests/c/hostile.c that are run, and noted, at once.
 HOSTILE, AT_ONCE = "hostile", 500
 
@@ -38,23 +38,23 @@ def sources() -> str:
     return found.hexdigest()
 
 
-def emulator() -> list[str]:
+def emulator(libraries: Path) -> list[str]:
     """The words before a program; SystemExit where something is not installed."""
     found = next(filter(shutil.which, EMULATORS), None)
     if found is None or shutil.which(COMPILER) is None:
         raise SystemExit(f"needed: {COMPILER} and one of {', '.join(EMULATORS)}")
-    return [found, "-L", LIBRARIES]
+    return [found, "-L", str(libraries)]
 
 
-def output(command: list[str], seconds: float) -> list[str]:
-    """The lines that a program prints; RuntimeError where it fails."""
+def output(command: list[str], seconds: float) -> tuple[list[str], str]:
+    """The lines that a program prints, and what it says beside; RuntimeError where it fails."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=seconds)
     except subprocess.TimeoutExpired:
         raise RuntimeError(f"not done in {seconds:.0f} s") from None
     if done.returncode:
         raise RuntimeError(f"status {done.returncode}\n{done.stderr}")
-    return done.stdout.splitlines()
+    return done.stdout.splitlines(), done.stderr.strip()
 
 
 def compare(ours: list[str], theirs: list[str]) -> None:
@@ -81,8 +81,9 @@ def main() -> None:
     )
     parser.add_argument("--seconds", type=float, default=3600.0, help="that a run may take")
     parser.add_argument("--cases", type=int, default=5000, help="hostile ones")
+    parser.add_argument("--libraries", type=Path, default=LIBRARIES, help="of that machine")
     options = parser.parse_args()
-    before = emulator()
+    before = emulator(options.libraries)
     native, cross = options.into / "native", options.into / "cross"
     built = options.into / "built"
     if not built.exists() or built.read_text() != sources():
@@ -100,19 +101,19 @@ def main() -> None:
         if passed.get(title, {}).get("programs") != which:
             begun = time.monotonic()
             try:
-                theirs = output([*before, str(programs[1]), *words], options.seconds)
-                ours = output([str(programs[0]), *words], options.seconds)
+                theirs, said = output([*before, str(programs[1]), *words], options.seconds)
+                ours, _ = output([str(programs[0]), *words], options.seconds)
                 compare(ours, theirs)
             except RuntimeError as error:
                 failed += 1
                 print(f"{title}: FAILED: {error}", flush=True)
                 continue
             took = round(time.monotonic() - begun)
-            passed[title] = {"programs": which, "lines": len(ours), "seconds": took}
+            line = f"passed in {took} s" + (f", {len(ours)} lines as here" if ours else "")
+            line += f" ({said})" if said else ""
+            passed[title] = {"programs": which, "line": line}
             noted.write_text(json.dumps(passed, indent=1))
-        lines, took = passed[title]["lines"], passed[title]["seconds"]
-        same = f", {lines} lines as on this machine" if lines else ""
-        print(f"{title}: passed in {took} s{same}", flush=True)
+        print(f"{title}: {passed[title]['line']}", flush=True)
     sys.exit(failed > 0)
 
 
