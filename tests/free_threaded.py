@@ -1,4 +1,4 @@
-"""Many threads of Python put the same objects to moit at once: python tests/free_threaded.py [SECONDS]
+"""Threads of Python put the same objects to moit at once: python tests/free_threaded.py [SECONDS]
 
 Where Python is free-threaded, moit must leave the lock off, and every thread really computes at
 once; elsewhere they only take turns. Each answer has the bits that it had alone. Needs NumPy alone:
