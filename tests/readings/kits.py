@@ -15,8 +15,12 @@ from readings.kit_runners import Spelling, run
 SIZES = {"float": 1, "vec2": 2, "vec3": 3, "vec4": 4}
 
 
-@cache
 def include(technique, language: str, depth_range=(0.1, 1000.0)) -> Include:
+    return _include(technique, language, tuple(depth_range))
+
+
+@cache  # by the range, whether it was given or not
+def _include(technique, language: str, depth_range: tuple[float, float]) -> Include:
     return include_of(technique, recipe_of(technique, depth_range), LANGUAGES[language])
 
 

@@ -138,7 +138,7 @@ static void pull_weight(const moit_job *job, const moit_tile *tile, int i, doubl
     by->emission[i] += by_weight * s.by_bright * color[most];
 }
 
-/* Of T = share weight of pixel p's fragments, as share_of of techniques/weighted.c has the share. */
+/* Of T = share weight of pixel p's fragments; share_of of techniques/weighted.c has the share. */
 static void pull_shares(const moit_job *job, const moit_tile *tile, int p, const moit_adjoint *by) {
     const double *weight = tile->z, *alpha = tile->alpha; /* as `weigh` leaves them */
     int first = tile->offsets[p], end = tile->offsets[p + 1];
