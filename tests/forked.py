@@ -60,11 +60,16 @@ def preloaded(text: str, folder: Path, *flags: str) -> dict[str, str]:
 
 
 class Server:
-    """One process; its children one after the other."""
+    """One process; its children one after the other.
 
-    def __init__(self, environment: Mapping[str, str] = MappingProxyType({})) -> None:
+    imports : statements that import what else its children need.
+    """
+
+    def __init__(
+        self, environment: Mapping[str, str] = MappingProxyType({}), imports: str = ""
+    ) -> None:
         self.process = subprocess.Popen(
-            [sys.executable, "-c", SERVER],
+            [sys.executable, "-c", f"{imports}\n{SERVER}"],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
             env={**ENVIRONMENT, **environment},
         )  # fmt: skip

@@ -1,6 +1,7 @@
 """A room of moit imports rooms below it only: at the top, in functions, and for types alike."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1] / "moit"
@@ -82,6 +83,11 @@ def imported(path, modules=MODULES):
     return found
 
 
+@cache
+def of_moit(path):
+    return imported(path)
+
+
 def test_every_file_has_a_place():
     assert {room_of(path) for path in FILES} == set(RANK)
 
@@ -90,13 +96,13 @@ def test_imports_go_down():
     assert not [
         f"{path.relative_to(ROOT)}:{line} imports {other.relative_to(ROOT)}"
         for path in FILES
-        for other, line in imported(path)
+        for other, line in of_moit(path)
         if room_of(other) != room_of(path) and RANK[room_of(other)] >= RANK[room_of(path)]
     ]
 
 
 def test_no_files_import_one_another_in_a_circle():
-    arrows = {path: {other for other, _ in imported(path)} - {path} for path in FILES}
+    arrows = {path: {other for other, _ in of_moit(path)} - {path} for path in FILES}
     while True:
         ends = [path for path, others in arrows.items() if not others]
         if not ends:

@@ -352,7 +352,8 @@ def _renamed(text: str, names: dict[str, str]) -> str:
 def _rename_item(item: Item, names: dict[str, str], said: dict[str, str]) -> None:
     item.names = tuple(names[name] for name in item.names)
     if item.kind == "function":  # a parameter may have the name of a function that it does not call
-        names = {old: new for old, new in names.items() if old not in _parameters(item)}
+        own = _parameters(item)
+        names = {old: new for old, new in names.items() if old not in own}
     for word in item.words:
         if word.kind == "name":
             again = f"{word.text}_" if word.text in RESERVED else word.text

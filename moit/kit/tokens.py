@@ -78,13 +78,16 @@ def preceding(words: list[Word], at: int) -> int:
     return at
 
 
+BRACKETS = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
+
+
 def closing(words: list[Word], at: int) -> int:
     """Where the bracket that opens at `at` closes."""
     depth = 0
     for place in range(at, len(words)):
         word = words[place]
         if word.kind == "sign":
-            depth += {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}.get(word.text, 0)
+            depth += BRACKETS.get(word.text, 0)
             if depth == 0:
                 return place
     raise SubsetError(f"found {words[at].text!r} that is never closed")
@@ -100,18 +103,18 @@ def is_sign(words: list[Word], at: int, *signs: str) -> bool:
 def split(words: list[Word], sign: str = ",") -> list[list[Word]]:
     """Parts between signs that no bracket holds."""
     parts: list[list[Word]] = [[]]
-    at = 0
-    while at < len(words):
-        if is_sign(words, at, "(", "[", "{"):
-            end = closing(words, at)
-            parts[-1] += words[at : end + 1]
-            at = end + 1
-            continue
-        if is_sign(words, at, sign):
-            parts.append([])
-        else:
-            parts[-1].append(words[at])
-        at += 1
+    depth = opened = 0
+    for at, word in enumerate(words):
+        if word.kind == "sign":
+            if depth == 0 and word.text == sign:
+                parts.append([])
+                continue
+            if depth == 0:
+                opened = at
+            depth = max(0, depth + BRACKETS.get(word.text, 0))
+        parts[-1].append(word)
+    if depth:
+        closing(words, opened)  # says which is not closed
     return parts
 
 

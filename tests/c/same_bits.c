@@ -4,8 +4,8 @@
 
 #include "asked.h"
 
-/* Several items of work for a pool, whatever its grain. */
-enum { PIXELS = 4200, SIDE = 32, CALLERS = 3 };
+/* Two items of work at least for a pool: no grain is of more than 2048 pixels. */
+enum { PIXELS = 2304, SIDE = 32, CALLERS = 3 };
 
 /* Each set with another number of threads: what changes a bit does so for any that it is beside. */
 static void threads_and_isa_change_no_bit(const rays *r, const moit_technique *technique) {

@@ -40,10 +40,13 @@ def _library(dtype: np.dtype) -> ctypes.CDLL:
     compiler = next(filter(shutil.which, COMPILERS), COMPILERS[0])
     scalar = {4: "float", 8: "double"}[dtype.itemsize]
     with TemporaryDirectory() as folder:
-        library = Path(folder) / "kernels.so"
-        options = [f"-DSCALAR={scalar}", "-shared", "-fPIC", "-o", library]
-        build = compile_text(HERE / "kernels.c", compiler, *options)
+        library, unit = Path(folder) / "kernels.so", Path(folder) / "kernels.o"
+        # by itself, so that a cache of compilations has it for the next process
+        build = compile_text(
+            HERE / "kernels.c", compiler, f"-DSCALAR={scalar}", "-fPIC", "-c", "-o", unit
+        )
         assert build.returncode == 0, build.stderr
+        subprocess.run([compiler, "-shared", unit, "-o", library], check=True)
         return ctypes.CDLL(str(library))
 
 

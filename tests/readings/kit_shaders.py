@@ -10,7 +10,7 @@ from moit.kit.gathered import SHADING, THREADS, Program, tests_by_itself
 from moit.kit.including import Include
 from moit.kit.small_targets import FARTHEST, MEANS
 from moit.kit.usage import usage
-from readings import kits
+from readings import kit_runners
 from readings.compilers import from_slang, run_tool, tool
 
 PIXELS = ("resolve", FARTHEST, MEANS)  # whose shaders are given no fragment
@@ -25,6 +25,9 @@ def shaders(kit: Include) -> dict[str, str]:
 
 def validate(kit: Include) -> None:
     """Raises where a tool that the machine has refuses one; skips where it lacks the tool."""
+    if kit.language.name == "metal":  # has functions for passes: one text holds them all
+        _check_metal("\n".join([kit.text, *metal_functions(kit)]))
+        return
     for name, text in shaders(kit).items():
         _CHECKS[kit.language.name](text, "comp" if runs_threads(kit, name) else "frag")
 
@@ -178,7 +181,7 @@ def _wgsl(kit: Include, name: str, lines: list[str]) -> str:
     )
 
 
-def _metal(kit: Include, name: str, lines: list[str]) -> str:
+def _metal_function(kit: Include, name: str, lines: list[str]) -> str:
     made = outputs(kit, name)
     given = ["float4 position", "float depth", "float alpha", "float3 color"]
     given += ["moit_memory mem", "uint2 size", "uint index"] if kit.programs else []
@@ -202,7 +205,17 @@ def _metal(kit: Include, name: str, lines: list[str]) -> str:
         read = (*first, *kit.extents, *between, *(() if name == "shading" else kit.shaded))
         given += [f"texture2d<float> {one}" for one, _ in read if one not in dict(made)]
     given += [f"thread {_vector('float', size)} &{one}" for one, size in made]
-    return f"{kit.text}\nvoid shader({', '.join(given)}) {{\n{_body(lines)}\n}}\n"
+    return f"void shader({', '.join(given)}) {{\n{_body(lines)}\n}}\n"
+
+
+def metal_functions(kit: Include) -> list[str]:
+    """Of its passes, each in a namespace: they bear one name."""
+    passes = usage(kit).items()
+    return [f"namespace pass{i} {{\n{_metal_function(kit, *one)}}}" for i, one in enumerate(passes)]
+
+
+def _metal(kit: Include, name: str, lines: list[str]) -> str:
+    return f"{kit.text}\n{_metal_function(kit, name, lines)}"
 
 
 _WHOLE = {"glsl": _glsl, "hlsl": _hlsl, "slang": _slang, "wgsl": _wgsl, "metal": _metal}
@@ -235,7 +248,7 @@ def _check_hlsl(text: str, stage: str = "frag") -> None:
 
 
 def _check_wgsl(text: str, stage: str = "frag") -> None:
-    kits.wgpu_device().create_shader_module(code=text)
+    kit_runners.wgpu_device().create_shader_module(code=text)
 
 
 def _check_slang(text: str, stage: str = "frag") -> None:
@@ -244,7 +257,7 @@ def _check_slang(text: str, stage: str = "frag") -> None:
 
 def _check_metal(text: str, stage: str = "frag") -> None:
     with tempfile.TemporaryDirectory() as folder:
-        kits.compiled_metal(text, folder, "-fsyntax-only")
+        kit_runners.compiled_metal(text, folder, "-fsyntax-only")
 
 
 _CHECKS = {
