@@ -1,14 +1,13 @@
 """Writes docs/gallery.md and docs/claims.md: `python docs/gallery.py [NAME ...]`.
 
-Runs every experiment at small size; of those named alone, or all. What was measured is kept in
-build/experiments, so that an interrupted run goes on, and other pages keep what they say of
-experiments that are not run again.
+Runs experiments at small size, those named or all, and keeps what the pages say of the others. What
+was measured is kept in build/experiments, so that an interrupted run goes on.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
+import re
 from pathlib import Path
 
 import moit
@@ -39,8 +38,8 @@ and say little of a GPU (`--device gpu` draws on one). Written by `python docs/g
 """
 
 
-def gallery_part(result: ExperimentResult) -> str:
-    """Pictures and charts of an experiment; "" where it has none."""
+def gallery_part(result: ExperimentResult, folder: Path) -> str:
+    """Pictures and charts of an experiment, put into a folder; "" where it has none."""
     name = result.experiment.name
     blocks = [
         block
@@ -50,7 +49,7 @@ def gallery_part(result: ExperimentResult) -> str:
     ]
     if not blocks:
         return ""
-    shown = Markdown(str(DOCS / "gallery" / name), f"gallery/{name}/", WIDTH, "jpg")(blocks)
+    shown = Markdown(str(folder / "gallery" / name), f"gallery/{name}/", WIDTH, "jpg")(blocks)
     described = result.experiment
     title = f"## {described.figure[0].upper()}{described.figure[1:]}: {described.title}"
     command = f"```sh\nmoit experiment {name}\n```"
@@ -84,37 +83,43 @@ def _counts(verdicts: list[str]) -> str:
     )
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description="Write docs/gallery.md and docs/claims.md.")
-    parser.add_argument("names", nargs="*", metavar="NAME", help="default: all")
-    chosen = parser.parse_args().names or list(EXPERIMENTS)
-    KEPT.mkdir(parents=True, exist_ok=True)
-    for name in chosen:
-        result = moit.experiment(name, "small", out=KEPT / name)
-        parts = {
-            "gallery": gallery_part(result),
-            "claims": claims_part(result),
-            "verdicts": [(one.verdict, one.claim.of_times) for one in result.claims],
-        }
-        write_text(KEPT / f"{name}.json", json.dumps(parts))
-        print(f"{name}: {result.seconds:.0f} s")
-    found = {}
-    for name in EXPERIMENTS:
-        path = KEPT / f"{name}.json"
-        if path.exists():
-            found[name] = json.loads(path.read_text(encoding="utf-8"))
-    verdicts = [verdict for one in found.values() for verdict in one["verdicts"]]
-    pictures = [verdict for verdict, of_times in verdicts if not of_times]
-    times = [verdict for verdict, of_times in verdicts if of_times]
-    pages = [one["gallery"] for one in found.values() if one["gallery"]]
-    write_text(DOCS / "gallery.md", "\n\n".join([GALLERY.rstrip(), *pages]) + "\n")
-    tables = [one["claims"] for one in found.values()]
+# What _verdict writes, of which `of_times` says the second half.
+VERDICT = re.compile(r"\*\*(holds|holds partly|does not hold)\*\*( on this processor)? \|")
+
+
+def standing(page: Path) -> dict[str, str]:
+    """What a page says of each experiment: its parts, by the command that each has."""
+    text = page.read_text(encoding="utf-8") if page.exists() else ""
+    parts = [part.strip() for part in re.split(r"^(?=## )", text, flags=re.MULTILINE)[1:]]
+    return {part.split("moit experiment ", 1)[1].split()[0].strip("`"): part for part in parts}
+
+
+def write_pages(folder: Path, results: dict[str, ExperimentResult]) -> None:
+    """Both pages, with what they say already of experiments that are not among the results."""
+    pages, tables = standing(folder / "gallery.md"), standing(folder / "claims.md")
+    for name, result in results.items():
+        pages[name], tables[name] = gallery_part(result, folder), claims_part(result)
+    shown, judged = ([of[name] for name in EXPERIMENTS if of.get(name)] for of in (pages, tables))
+    write_text(folder / "gallery.md", "\n\n".join([GALLERY.rstrip(), *shown]) + "\n")
+    found = [VERDICT.findall(table) for table in judged]
+    pictures = [verdict for table in found for verdict, of_times in table if not of_times]
+    times = [verdict for table in found for verdict, of_times in table if of_times]
     summary = (
         f"Of {len(pictures)} claims about quality, memory and order {_counts(pictures)}. Of "
         f"{len(times)} about times, which the papers measured on GPUs and this page on a "
         f"processor, {_counts(times)}."
     )
-    write_text(DOCS / "claims.md", "\n\n".join([CLAIMS.rstrip(), summary, *tables]) + "\n")
+    write_text(folder / "claims.md", "\n\n".join([CLAIMS.rstrip(), summary, *judged]) + "\n")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Write docs/gallery.md and docs/claims.md.")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="default: all")
+    results = {}
+    for name in parser.parse_args().names or list(EXPERIMENTS):
+        results[name] = moit.experiment(name, "small", out=KEPT / name)
+        print(f"{name}: {results[name].seconds:.0f} s")
+    write_pages(DOCS, results)
 
 
 if __name__ == "__main__":

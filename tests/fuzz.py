@@ -82,6 +82,7 @@ TARGETS = {
     "kits": _uses("tried_kit"),
     "deep": _uses("tried_deep"),
     "gradients": _uses("tried_gradients"),
+    "doors": _uses("tried_doors"),  # nothing without JAX and PyTorch
     "trainings": _uses("tried_training"),
 }
 

@@ -6,6 +6,8 @@ another way gives. `python -m tests.fuzz --target kits` (deep, gradients, traini
 """
 
 import dataclasses
+import functools
+import importlib.util
 import json
 import math
 import re
@@ -208,6 +210,112 @@ def _of_splats(rng: Rng) -> Iterator[str]:
     yield from _finite(f"splats, {one}", pullback(np.ones_like(image)))
 
 
+# ---- The same by JAX and PyTorch, where there are such -------------------------------------------
+
+Found = tuple[Array, dict[str, Array]]  # an answer, and derivatives by what was given
+
+
+def _by_jax(ask: str, given: dict[str, Array], seed: Array, how: dict[str, Any]) -> Found:
+    import jax
+
+    from moit import jax as door
+
+    jax.config.update("jax_enable_x64", True)
+    call = functools.partial(getattr(door, ask), **how)
+    held = {name: jax.numpy.asarray(one) for name, one in given.items()}
+    call(**held)  # untraced: what does not fit is said here
+    answer, pull = jax.vjp(lambda held: call(**held), held)
+    (found,) = pull(jax.numpy.asarray(seed.reshape(answer.shape)))
+    return np.asarray(answer), {name: np.asarray(one) for name, one in found.items()}
+
+
+def _by_torch(ask: str, given: dict[str, Array], seed: Array, how: dict[str, Any]) -> Found:
+    import torch
+
+    from moit import torch as door
+
+    held = {name: torch.tensor(one, requires_grad=True) for name, one in given.items()}
+    how = {k: torch.tensor(one) if isinstance(one, Array) else one for k, one in how.items()}
+    answer = getattr(door, ask)(**held, **how)
+    seeds = torch.tensor(seed.reshape(tuple(answer.shape)))
+    found = torch.autograd.grad(answer, [*held.values()], seeds, allow_unused=True)
+    pairs = zip(held, found, strict=True)
+    return answer.detach().numpy(), {name: one.numpy() for name, one in pairs if one is not None}
+
+
+DOORS = {
+    name: door
+    for name, door in (("jax", _by_jax), ("torch", _by_torch))
+    if importlib.util.find_spec(name)
+}
+
+
+def _are_same(found: Array, expected: Array) -> bool:
+    """But for signs of zeros, and for what is below normal numbers, which JAX makes zeros."""
+    tiny = np.finfo(found.dtype).tiny
+    both = [np.where(np.abs(one) < tiny, 0, one) for one in (found, expected.reshape(found.shape))]
+    return found.dtype == expected.dtype and np.array_equal(*both, equal_nan=True)
+
+
+def _doors(rng: Rng) -> Iterator[str]:
+    """A framework's answers and derivatives are those of moit.gradients."""
+    if not DOORS:
+        return
+    name = str(rng.choice([*DOORS]))
+    if rng.random() < 0.4:
+        yield from _splats_by(name, rng)
+        return
+    f, one = _fragments(rng), _technique(rng)
+    f = moit.Fragments(
+        *(f.offsets, f.depth, f.alpha, f.color),
+        transmission=f.transmission,
+        depth_range=f.depth_range,
+    )
+    counts = np.diff(f.offsets)
+    layout: dict[str, Any] = [
+        {"offsets": f.offsets},
+        {"packed_info": np.stack([f.offsets[:-1], counts], axis=1)},
+        {"ray_indices": np.repeat(np.arange(len(counts)), counts), "n_rays": len(counts)},
+    ][rng.integers(3)]
+    how = {"technique": one, "depth_range": f.depth_range, "threads": 1, **layout}
+    ask = str(rng.choice(["composite", "transmittance", "total_transmittance"]))
+    expected, pullback = getattr(moit.gradients, ask)(f, one, threads=1)
+    seed = rng.normal(0, 1, expected.shape).astype(expected.dtype)
+    by = pullback(seed)
+    names = ("depth", "alpha", "color", "transmission")
+    given = {key: getattr(f, key) for key in names if getattr(f, key) is not None}
+    told = f"{name}, {one}, {sorted(layout)}: {ask}"
+    answer, found = DOORS[name](ask, given, seed, how)
+    if not _are_same(answer, expected):
+        yield f"{told} is another one"
+    for key, numbers in found.items():
+        if getattr(by, key) is not None and not _are_same(numbers, getattr(by, key)):
+            yield f"{told}: by {key} another one"
+
+
+def _splats_by(name: str, rng: Rng) -> Iterator[str]:
+    splats = hostile_scenes.splats(rng)
+    camera = moit.Camera(eye=tuple(rng.normal(0, 4, 3)))
+    one = str(rng.choice(hostile_scenes.TECHNIQUES))
+    keys = ("means", "scales", "rotations", "opacities")
+    given = {key: np.array(getattr(splats, key), np.float32) for key in keys}
+    given["sh"] = rng.normal(0, 1, (len(splats.means), int(rng.choice([1, 4])), 3))
+    given["sh"] = given["sh"].astype(np.float32)
+    same = moit.Splats(*(given[key] for key in keys), sh=given["sh"])
+    image, pullback = moit.gradients.render(same, camera, (17, 13), one, threads=1)
+    how = {"camera": camera, "size": (17, 13), "technique": one, "threads": 1}
+    seed = rng.normal(0, 1, image.shape).astype(image.dtype)
+    answer, found = DOORS[name]("render", given, seed, how)
+    by = pullback(seed)
+    if not _are_same(answer, image):
+        yield f"{name}: splats, {one}: another picture"
+    for key in keys:
+        if not np.isfinite(found[key]).all():
+            yield f"{name}: splats, {one}: by {key} not finite"
+        if key != "rotations" and not _are_same(found[key], getattr(by, key)):
+            yield f"{name}: splats, {one}: by {key} another one"
+
+
 # ---- Trainings -----------------------------------------------------------------------------------
 
 
@@ -242,6 +350,10 @@ def tried_deep(number: int) -> list[str]:
 
 def tried_gradients(number: int) -> list[str]:
     return _told(_gradients, [33, number])
+
+
+def tried_doors(number: int) -> list[str]:
+    return _told(_doors, [35, number])
 
 
 def tried_training(number: int) -> list[str]:

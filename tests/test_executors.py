@@ -1,8 +1,10 @@
 """compare in other processes: whose death costs a cell, not the others."""
 
 import os
+import pickle
 import signal
-from concurrent.futures import ProcessPoolExecutor
+import threading
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -63,6 +65,67 @@ def test_a_cell_that_dies_once_is_measured_again(tmp_path, monkeypatch):
         rows = compare(executor, ["power4", WeightedBlended(killed_once)]).rows
     assert [row["note"] for row in rows] == ["", ""]
     assert rows[1]["mse"] is not None
+
+
+class Waiting(Executor):
+    """As dask's: who cannot unpickle what they are sent say nothing, and are waited for."""
+
+    def submit(self, function, /, *args):
+        future = Future()
+        sent = pickle.dumps((function, args))
+        try:
+            with pytest.MonkeyPatch.context() as elsewhere:
+                elsewhere.setenv("MOIT_TEST_WORKER", "1")
+                function, args = pickle.loads(sent)
+        except AttributeError:
+            pytest.fail("this would be waited for, for ever")
+        try:
+            with pytest.MonkeyPatch.context() as elsewhere:
+                elsewhere.setenv("MOIT_TEST_WORKER", "1")
+                future.set_result(function(*args))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+class AtHome:
+    """A weight that no worker can unpickle."""
+
+    def __call__(self, depth, alpha, color):
+        return np.ones_like(depth)
+
+    def __reduce__(self):
+        return made_at_home, ()
+
+
+def made_at_home():
+    if "MOIT_TEST_WORKER" in os.environ:
+        raise AttributeError("no module of the worker's has it")
+    return AtHome()
+
+
+def test_what_a_worker_cannot_unpickle_is_told():
+    rows = compare(Waiting(), ["power4", WeightedBlended(AtHome())]).rows
+    assert rows[0]["mse"] is not None and rows[0]["note"] == ""
+    assert rows[1]["mse"] is None
+    assert rows[1]["note"] == "AttributeError: no module of the worker's has it (twice)"
+
+
+def test_what_nobody_can_pickle_is_measured_by_threads_of_ones_own():
+    class Threads(Executor):
+        def submit(self, function, /, *args):
+            future = Future()
+            future.set_result(function(*args))
+            return future
+
+    lock = threading.Lock()  # which has no pickle
+
+    def weight(depth, alpha, color):
+        with lock:
+            return np.ones_like(depth)
+
+    rows = compare(Threads(), [WeightedBlended(weight)]).rows
+    assert [row["note"] for row in rows] == [""]
 
 
 def test_a_cluster_of_dask_is_an_executor():

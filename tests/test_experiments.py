@@ -2,6 +2,7 @@
 
 import csv
 import re
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -481,3 +482,27 @@ def test_every_claim_stands_in_the_list_of_claims():
         assert f"`moit experiment {described.name}`" in text
         for claim in described.claims:
             assert f"| {claim.text} | {claim.where} | **" in text, "run it: python docs/gallery.py"
+
+
+def test_pages_written_of_one_experiment_keep_the_others(results, tmp_path, monkeypatch):
+    """Also where nothing is kept in build/experiments, which nobody commits."""
+    monkeypatch.syspath_prepend(DOCS)
+    import gallery
+
+    names = ("gallery.md", "claims.md")
+    before = {name: (DOCS / name).read_text(encoding="utf-8") for name in names}
+    for name in names:
+        shutil.copy(DOCS / name, tmp_path)
+    gallery.write_pages(tmp_path, {})
+    assert {name: (tmp_path / name).read_text(encoding="utf-8") for name in names} == before
+    for name in names:
+        changed = before[name].replace("on moit 0.1.0", "on another one")
+        (tmp_path / name).write_text(changed, encoding="utf-8")
+    found = results("mt-fig2")
+    gallery.write_pages(tmp_path, {"mt-fig2": found})
+    for name in names:
+        new = gallery.standing(tmp_path / name)
+        assert list(new) == list(gallery.standing(DOCS / name))
+    renewed = [one for one, part in new.items() if "on another one" not in part]
+    assert renewed == ["mt-fig2"]
+    assert f"`moit experiment mt-fig2` on {found.machine}." in new["mt-fig2"]

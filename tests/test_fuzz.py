@@ -35,7 +35,7 @@ def test_cases_that_once_broke_something_break_nothing():
     assert found == []
 
 
-FEW = {"scenes": 60, "words": 20, "kits": 8, "deep": 8, "gradients": 8, "trainings": 2}
+FEW = {"scenes": 60, "words": 20, "kits": 8, "deep": 8, "gradients": 8, "doors": 8, "trainings": 2}
 
 
 @pytest.mark.parametrize(("target", "count"), FEW.items())

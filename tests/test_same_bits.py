@@ -2,6 +2,7 @@
 
 import json
 import os
+import platform
 import subprocess
 import sys
 from pathlib import Path
@@ -145,3 +146,25 @@ def test_no_call_begins_more_threads_than_processors_work(tmp_path):
     )
     most = max(2, len(os.sched_getaffinity(0)))
     assert 3 <= int(run.stdout) <= 3 * (most - 1)
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="needs the layout of x86's environment")
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_thread_that_has_no_denormal_numbers_changes_no_bit_and_stays_so(threads):
+    """As XLA's have none, where JAX calls back."""
+    libm = pytest.importorskip("ctypes").CDLL("libm.so.6")
+    color = np.ones((2, 3))
+    f = moit.Fragments([0, 1, 2], [1.0, 2.0], [1e-310, 0.5], color, depth_range=(1, 2))
+    expected = moit.composite(f, "sorted", threads=threads)
+    usual, flushing = (np.zeros(8, np.uint32) for _ in range(2))  # fenv_t, MXCSR at its end
+    libm.fegetenv(usual.ctypes)
+    flushing[:] = usual
+    flushing[7] |= 0x8040
+    libm.fesetenv(flushing.ctypes)
+    try:
+        found = moit.composite(f, "sorted", threads=threads)
+        denormal = np.multiply(f.alpha[0], 1.0)
+    finally:
+        libm.fesetenv(usual.ctypes)
+    assert expected.ravel()[0] == 1e-310 and denormal == 0
+    assert found.tobytes() == expected.tobytes()

@@ -2,6 +2,7 @@
  * threads of its own between calls survives fork and leaves no global state behind. */
 #include "core/threads.h"
 
+#include <fenv.h>
 #include <stdatomic.h>
 
 #include "core/system.h"
@@ -57,6 +58,11 @@ moit_status moit_parallel_for(const moit_run *run, int64_t items,
     int wanted = run->threads < MOST_THREADS ? run->threads : MOST_THREADS;
     if (wanted > items) wanted = (int)items;
 
+    /* A caller's thread may take numbers below the normal ones for 0, as XLA's do where JAX calls
+     * back, or round in another way; threads that are started inherit that. */
+    fenv_t of_caller;
+    fegetenv(&of_caller);
+    fesetenv(FE_DFL_ENV);
     moit_thread threads[MOST_THREADS];
     worker workers[MOST_THREADS];
     int started = 1; /* the calling thread is number 0 */
@@ -67,5 +73,6 @@ moit_status moit_parallel_for(const moit_run *run, int64_t items,
     }
     work_until_done(&shared, 0);
     for (int i = 1; i < started; ++i) moit_join_thread(&threads[i]);
+    fesetenv(&of_caller);
     return (moit_status)atomic_load(&shared.status);
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -96,7 +97,7 @@ def _submitted(
     try:
         for index in indices:
             try:
-                futures[executor.submit(cells[index].function, cells[index].job)] = index
+                futures[_submit(executor, cells[index])] = index
             except Exception as error:  # a pool that broke meanwhile takes no more
                 lost[index] = error
         for future in as_completed(futures):
@@ -110,6 +111,36 @@ def _submitted(
     finally:
         for future in futures:
             future.cancel()
+
+
+class _Call:
+    """Whoever unpickles this calls the function, and has what it returns."""
+
+    def __init__(self, cell: Cell) -> None:
+        self.cell = cell
+
+    def __reduce__(self) -> tuple[Callable[[Job], Outcome], tuple[Job]]:
+        return self.cell.function, (self.cell.job,)
+
+
+def _submit(executor: Executor, cell: Cell) -> Future[Outcome]:
+    """A worker of dask's that cannot unpickle what it is sent, as it lacks a module, asks for it
+    again and again, and nobody is told. So others than Python's own executors send bytes, which
+    any Python unpickles, and what is wrong with these is an error of the task."""
+    from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+
+    if not isinstance(executor, ProcessPoolExecutor | ThreadPoolExecutor):
+        try:
+            try:
+                from cloudpickle import dumps  # dask's, which knows what stands in __main__
+            except ImportError:
+                from pickle import dumps
+            sent = dumps(_Call(cell))
+        except Exception:  # nobody can pickle it: of threads nobody has to
+            pass
+        else:
+            return executor.submit(pickle.loads, sent)
+    return executor.submit(cell.function, cell.job)
 
 
 def _is_broken(error: Exception) -> bool:
