@@ -11,6 +11,9 @@ typedef struct moit_moment_constants {
     double safe[MOIT_MOST_NUMBERS]; /* moments of the distribution that bias mixes in */
 } moit_moment_constants;
 
+/* The most pixels that a family's own `transmittance` is asked of at a time. */
+enum { MOIT_MOST_RAYS_ASKED = 256 };
+
 typedef struct moit_moment_family {
     int stages; /* its place in moit_stages.moments */
     int (*numbers)(int count);

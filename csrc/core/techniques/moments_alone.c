@@ -83,9 +83,10 @@ static moit_status answer(const moit_technique *technique, moit_precision precis
         .absorbed = absorbed,
         .scalar = precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float),
     };
-    int64_t fit = BLOCK_POINTS / depths;
-    job.block_pixels = (int)(fit < 1 ? 1 : fit > BLOCK_PIXELS ? BLOCK_PIXELS : fit);
-    if (job.block_pixels > pixels) job.block_pixels = (int)pixels;
+    int64_t fit = BLOCK_POINTS / depths,
+            most = moit_family_of(technique)->transmittance ? MOIT_MOST_RAYS_ASKED : BLOCK_PIXELS;
+    if (pixels < most) most = pixels;
+    job.block_pixels = (int)(fit < 1 ? 1 : fit > most ? most : fit);
     size_t points = (size_t)job.block_pixels * (size_t)depths + MOIT_PADDING;
     job.part = 2 * moit_aligned_size(points * job.scalar)
                + moit_aligned_size((size_t)(job.block_pixels + MOIT_PADDING)
