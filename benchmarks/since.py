@@ -216,7 +216,7 @@ def built(commit: str) -> Path:
     return folder
 
 
-def _environment(root: Path) -> dict[str, str]:
+def environment(root: Path) -> dict[str, str]:
     path = os.pathsep.join(filter(None, [str(root), os.environ.get("PYTHONPATH")]))
     return os.environ | {"PYTHONPATH": path}
 
@@ -229,7 +229,7 @@ class Tree:
         self.process = subprocess.Popen(
             [*command, "--threads", str(threads)],
             cwd=root,
-            env=_environment(root) | {"MOIT_THREADS": str(threads)},
+            env=environment(root) | {"MOIT_THREADS": str(threads)},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -267,7 +267,7 @@ def instructions(root: Path, question: str, count: int) -> float | None:
                 *(sys.executable, __file__, "--serve", "--fragments", str(count), "--threads", "1"),
             ],
             cwd=root,
-            env=_environment(root) | {"MOIT_ISA": "avx2", "MOIT_THREADS": "1"},
+            env=environment(root) | {"MOIT_ISA": "avx2", "MOIT_THREADS": "1"},
             input=question + "\n",
             capture_output=True,
             text=True,

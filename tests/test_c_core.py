@@ -12,6 +12,7 @@ import sys
 from functools import cache
 from pathlib import Path
 
+import elementary_tables
 import pytest
 from small import PATIENCE
 
@@ -96,6 +97,13 @@ def test_compilers_and_math_libraries_change_no_bit(programs):
     assert digests("gcc", NOT_FUSED) == found
     assert digests("clang", {}) == found
     assert digests("clang", {}, "base") == found
+
+
+def test_tables_are_right_to_all_digits():
+    """Each number of core/elementary_tables.h, and how many there are of each kind."""
+    text = re.sub(r"/\*.*?\*/", "", elementary_tables.FILE.read_text(), flags=re.DOTALL)
+    written = [float.fromhex(one) for one in re.findall(r"-?0x[01]\.[0-9a-f]*p[+-]\d+", text)]
+    assert written == elementary_tables.tables()
 
 
 # Of a math library; its other functions (sqrt, ldexp, rint, fmin, ...) have one right answer.

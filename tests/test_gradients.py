@@ -40,7 +40,7 @@ KINDS = (
     "wavelet16",
     "wavelet8(exclude_self=True, projected='density')",
     "transmittance-function-map(bits=32)",
-    "transmittance-function-map(bits=32, exclude_self=True, normalize=False)",
+    "transmittance-function-map32(bits=32, exclude_self=True, normalize=False)",
     "slices64(bits=16, cells=64)",
     "neural-slices5(bits=16)",
     "neural",

@@ -109,3 +109,28 @@ def test_slices_at_a_bound_of_moments_move_as_that(depth, asked):
                 got, wanted = getattr(found, part)[i], difference(loss, ray, part, i)
                 # of moments, whose last digits move them that far
                 assert got == pytest.approx(wanted, rel=1e-7, abs=1e-8), (part, i)
+
+
+@pytest.mark.parametrize(
+    "name",
+    (
+        "power4(warp='none')",
+        "fourier7(warp='none')",
+        "moment-transparency(warp='none')",
+        "front2(tail=\"power4(warp='none')\", key_bits=64)",
+        "slices8(warp='none', inside='power4')",
+    ),
+)
+def test_a_curve_without_a_warp_may_be_asked_anywhere(name):
+    depth = [0.25, 0.5, 0.75]
+    f = moit.Fragments([0, 3], depth, [0.5] * 3, depth_range=(0, 1), dtype="float64")
+    near = moit.transmittance(f, name, [0.1, 0.6, 2.0])
+    T, pullback = gradients.transmittance(f, name, [-1e300, 0.1, 0.6, 2.0, 1e300])
+    np.testing.assert_array_equal(T[0, 0, 1:4], near[0, 0])
+    assert T[0, 0, 0] == 1
+    assert T[0, 0, 4] == near[0, 0, 2]
+    all_of = pullback(np.array([[[1.0, 2.0, 3.0, 4.0, 5.0]]]))
+    _, pullback = gradients.transmittance(f, name, [0.1, 0.6, 2.0])
+    inside = pullback(np.array([[[2.0, 3.0, 9.0]]]))
+    np.testing.assert_allclose(all_of.alpha, inside.alpha, rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(all_of.depth, inside.depth, rtol=1e-14, atol=1e-15)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from readings import kits
+from readings import kit_runners
 
 import moit
 
@@ -25,12 +25,12 @@ def example(monkeypatch):
 
 def test_moderngl_draws_what_moit_does(example):
     pytest.importorskip("moderngl", reason="needs moderngl (PyPI)")
-    kits.software_device()  # or skip, where there is no EGL
+    kit_runners.software_device()  # or skip, where there is no EGL
     assert example("moderngl_panes").main() < HALF
 
 
 def test_wgpu_draws_what_moit_does(example):
-    device = kits.wgpu_device()
+    device = kit_runners.wgpu_device()
     if "float32-blendable" not in device.features:
         pytest.skip("this driver does not blend targets of 32-bit floats")
     assert example("wgpu_panes").main() < HALF
@@ -62,7 +62,7 @@ struct Shaded { @location(0) color: vec4f, @location(1) alpha: f32 }
 
 
 def test_small_targets_are_read_between_their_texels(example, tmp_path):
-    device = kits.wgpu_device()
+    device = kit_runners.wgpu_device()
     if "float32-blendable" not in device.features:
         pytest.skip("this driver does not blend targets of 32-bit floats")
     program, panes = example("wgpu_panes"), example("panes")
@@ -109,7 +109,7 @@ struct Sums { @location(0) a: vec4f, @location(1) b: f32 }
 
 @pytest.mark.parametrize("side", [3, 7])  # whose last blocks are cut
 def test_blocks_are_means_of_their_pixels(side, example, tmp_path):
-    device = kits.wgpu_device()
+    device = kit_runners.wgpu_device()
     if "float32-blendable" not in device.features:
         pytest.skip("this driver does not blend targets of 32-bit floats")
     program, panes = example("wgpu_panes"), example("panes")
@@ -138,11 +138,11 @@ def test_the_panes_overlap_and_are_seen(example):
 
 
 def test_the_page_for_browsers_has_all_it_needs(example):
-    kits.wgpu_device()
+    kit_runners.wgpu_device()
     text = example("webgpu_page").page()
     assert not re.search(r"(src|href)=|https?:|import\(|fetch\(", text)
     kit = json.loads(text.partition("const kit = ")[2].partition(";\n")[0].replace("<\\/", "</"))
-    kits.wgpu_device().create_shader_module(code=kit["shaders"])
+    kit_runners.wgpu_device().create_shader_module(code=kit["shaders"])
     entries = re.findall(r"@(?:vertex|fragment) fn (\w+)", kit["shaders"])
     assert {one["name"] for one in kit["table"]["passes"]} <= set(entries)
     assert {"pane", "whole"} <= set(entries)

@@ -93,11 +93,17 @@ def test_a_range_of_what_takes_no_logarithm_may_begin_anywhere(found, tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "found"),
-    [("power4", (1e-300, 1e300)), ("power4(warp='linear')", (-1.7e308, 1.7e308))],
+    [
+        ("power4", (1e-300, 1)),
+        ("power4(warp='linear')", (-1.7e308, 1.7e308)),
+        ("wboit-eq7(bits=16)", (1, 1e39)),
+        ("wboit", (1, 1 + 1e-9)),
+    ],
 )
-def test_a_range_of_depth_that_makes_no_constants_is_refused(name, found, tmp_path):
-    with pytest.raises(ValueError, match="depth_range: expected near and far that constants"):
+def test_a_range_of_depth_that_no_float_holds_is_refused(name, found, tmp_path):
+    with pytest.raises(ValueError, match="depth_range: expected near and far that floats of a"):
         moit.export(name, tmp_path / "kit", depth_range=found)
+    assert os.listdir(tmp_path) == []
 
 
 def test_a_range_of_depth_is_two_numbers(tmp_path):

@@ -1,5 +1,5 @@
 """Texts that go home are valid in their languages, and compute what the core does, by tools and
-drivers on the CPU: tests/readings/kits.py says which."""
+drivers on the CPU: tests/readings/kit_runners.py says which."""
 
 import json
 import re
@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 from kit_errors import FILE, PAGE, measured_names, name_of, page_with
-from readings import kit_blocks, kit_cases, kit_shaders, kits
+from readings import kit_blocks, kit_cases, kit_runners, kit_shaders, kits
 from readings.compilers import from_slang
 
 import moit
@@ -220,14 +220,14 @@ def test_digits_survive_the_compilers_of_every_language(language):
 )
 def test_wgsl_loses_digits_without_what_stands_for_precise(harm, monkeypatch):
     # nor may a compiler know that moit_zero is 0, as it does where nothing sets it
-    run = kits._RUNNERS["wgsl"]
+    run = kit_runners._RUNNERS["wgsl"]
 
     def harmed(text, *given):
         found = re.sub(*harm, text)
         assert found != text or "moit_kept" not in text.replace("fn moit_kept", "")
         return run(found, *given)
 
-    monkeypatch.setitem(kits._RUNNERS, "wgsl", harmed)
+    monkeypatch.setitem(kit_runners._RUNNERS, "wgsl", harmed)
     error = kit_cases.stored_errors(moit.technique(SHARP), "wgsl", case())
     assert error.max() > 1e-3
 

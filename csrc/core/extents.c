@@ -88,9 +88,3 @@ void moit_shares_at(const moit_extent *e, int points, const double *depth, doubl
     for (int j = 0; j < points; ++j)
         share[j] = normal_density * share[j] * (length / (0.25 * e->deviation)) / e->mass;
 }
-
-double moit_share_at(const moit_extent *e, double depth, double near, double far) {
-    double share;
-    moit_shares_at(e, 1, &depth, near, far, &share);
-    return share;
-}

@@ -29,9 +29,7 @@ typedef struct {
 
 double moit_share_passed(const moit_extent *extent, double near, double far, moit_tail *last);
 
-/* The same if it were as dense everywhere between them as it is at `depth`. */
-double moit_share_at(const moit_extent *extent, double depth, double near, double far);
-/* At each of some depths. */
+/* The same if it were as dense everywhere between them as it is at a depth, for each of some. */
 void moit_shares_at(const moit_extent *extent, int points, const double *depth, double near,
                     double far, double *share);
 

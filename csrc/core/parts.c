@@ -19,11 +19,6 @@ bool moit_is_opaque(const moit_fragments *f, int64_t i) {
     return opaque;
 }
 
-void moit_put_number(moit_precision precision, void *array, int64_t i, double x) {
-    double most = precision == MOIT_FLOAT64 ? DBL_MAX : (double)FLT_MAX;
-    moit_set_number(precision, array, i, x > most ? most : x < -most ? -most : x);
-}
-
 static void copy(const moit_fragments *f, void *to, int64_t at, const void *from, int64_t i,
                  int width) {
     size_t bytes = (size_t)width * moit_scalar_size(f->precision);

@@ -10,9 +10,6 @@ double moit_opacity_of(const moit_fragments *fragments, int64_t i, int k);
 /* Whether nothing of any channel gets through. */
 bool moit_is_opaque(const moit_fragments *fragments, int64_t i);
 
-/* As the precision holds it: at most the largest number. */
-void moit_put_number(moit_precision precision, void *array, int64_t i, double x);
-
 /* Fragment i as piece `at`, bit for bit. */
 void moit_copy_fragment(const moit_fragments *fragments, int64_t i, const moit_pieces *out,
                         int64_t at);

@@ -10,12 +10,12 @@
 
 #include <math.h>
 
-enum { MOST_PANELS = 64 };
+enum { MOST_PANELS = 64, MOST_POINTS = 4 };
 
 /* Legendre's rules over [-1, 1]. */
 typedef struct {
     int points;
-    double node[4], weight[4];
+    double node[MOST_POINTS], weight[MOST_POINTS];
 } rule;
 
 static const rule few = {2, {-0.57735026918962576, 0.57735026918962576}, {1.0, 1.0}},
@@ -34,11 +34,12 @@ static const rule few = {2, {-0.57735026918962576, 0.57735026918962576}, {1.0, 1
 typedef struct {
     const moit_extent *e;
     bool is_log;
-    double near, width;    /* of the first cell, and of each */
-    double front, back;    /* the extent's */
-    double smooth;         /* what is no longer than this has integrals by four points to 1e-9 */
-    double growth;         /* of depth over that */
-    double half, grown[4]; /* half a panel, and how depth grows from its start to its points */
+    double near, width; /* of the first cell, and of each */
+    double front, back; /* the extent's */
+    double smooth;      /* what is no longer than this has integrals by four points to 1e-9 */
+    double growth;      /* of depth over that */
+    double half,
+        grown[MOST_POINTS]; /* half a panel, and how depth grows from its start to its points */
 } course;
 
 static course course_of(const moit_extent *e, const moit_cells *cells) {
@@ -67,10 +68,17 @@ typedef struct {
     double mass, moment; /* of an extent's part, and of where s is in the extent, [0, 1] */
 } part;
 
-/* Share of the extent for each unit of s. */
+/* Shares of the extent for each unit of s. */
+static void densities_at(const course *c, int points, const double *depth, double *density) {
+    moit_shares_at(c->e, points, depth, c->e->front, c->e->back, density);
+    for (int j = 0; j < points; ++j)
+        density[j] = density[j] / (c->e->back - c->e->front) * (c->is_log ? depth[j] : 1.0);
+}
+
 static double density_at(const course *c, double depth) {
-    double density = moit_share_at(c->e, depth, c->e->front, c->e->back);
-    return density / (c->e->back - c->e->front) * (c->is_log ? depth : 1.0);
+    double density;
+    densities_at(c, 1, &depth, &density);
+    return density;
 }
 
 /* Most panels are as long as the one before. */
@@ -88,12 +96,17 @@ static void integrate(course *c, double from, double to, part *sum) {
     const rule *r = 4.0 * half > 0.5 * c->smooth ? &more : &few;
     take_half(c, r, half);
     for (int k = 0; k < panels; ++k) {
-        double start = from + 2.0 * half * k, depth = depth_at(c, start);
+        double start = from + 2.0 * half * k, first = depth_at(c, start);
+        double s[MOST_POINTS], depth[MOST_POINTS], density[MOST_POINTS];
         for (int j = 0; j < r->points; ++j) {
-            double within = half * (1.0 + r->node[j]), s = start + within;
-            double share = r->weight[j] * half * density_at(c, c->is_log ? depth * c->grown[j] : s);
+            s[j] = start + half * (1.0 + r->node[j]);
+            depth[j] = c->is_log ? first * c->grown[j] : s[j];
+        }
+        densities_at(c, r->points, depth, density);
+        for (int j = 0; j < r->points; ++j) {
+            double share = r->weight[j] * half * density[j];
             sum->mass += share;
-            sum->moment += share * ((s - c->front) / whole);
+            sum->moment += share * ((s[j] - c->front) / whole);
         }
     }
 }

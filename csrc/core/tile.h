@@ -4,6 +4,8 @@
 
 #include "core/stages/stages.h"
 
+#include <float.h>
+
 /* The most numbers that one pixel's moments take beside b0, and doubles that its rule takes with
  * what is made of it. */
 enum { MOIT_MOST_NUMBERS = 9, MOIT_MOST_RULE = 26 };
@@ -121,6 +123,12 @@ static inline double moit_number(moit_precision precision, const void *array, in
 static inline void moit_set_number(moit_precision precision, void *array, int64_t i, double x) {
     if (precision == MOIT_FLOAT64) ((double *)array)[i] = x;
     else ((float *)array)[i] = (float)x;
+}
+
+/* As the precision holds it: at most the largest number. */
+static inline void moit_put_number(moit_precision precision, void *array, int64_t i, double x) {
+    double most = precision == MOIT_FLOAT64 ? DBL_MAX : (double)FLT_MAX;
+    moit_set_number(precision, array, i, x > most ? most : x < -most ? -most : x);
 }
 
 /* A max_alpha as numbers of the precision have it. 1 would have infinite absorbance. */

@@ -27,8 +27,11 @@ class Changed(Replayed, Protocol):
     def defines(self, number: int, double: bool = False, **own: Any) -> dict[str, Any]: ...
 
 
-def changed(picture: Changed, drawn: Drawn, buffers: dict[int, Any]) -> dict[int, Any]:
-    """Buffers, of which some then hold what fragments make of words, and factors of these."""
+def changed(
+    picture: Changed, drawn: Drawn, buffers: dict[int, Any]
+) -> tuple[dict[int, Any], dict[str, Any]]:
+    """Buffers, of which some then hold what fragments make of words, and what the stages that make
+    factors of these are told."""
     words = picture.buffer("words", 4 * picture.pixels * drawn.words)
     picture.device.fill(words, 0)
     buffers = {**buffers, INDICES: words}
@@ -48,19 +51,11 @@ def changed(picture: Changed, drawn: Drawn, buffers: dict[int, Any]) -> dict[int
         _change(picture, i, buffers, {})
         if drawn.between and i + 1 < drawn.rounds:
             picture.run(BETWEEN, picture.pixels, buffers, name="first factor", ROUND=i)
-    own = {"block_side": sliced.block_side} if sliced else {}
-    if sliced:
-        picture.run(INTEGRATE, sliced.blocks, buffers, uniforms=own, name="factor")
-    for stage in drawn.stages or ():
-        picture.run(
-            stage.number,
-            picture.pixels,
-            buffers,
-            uniforms=own,
-            double=stage.double,
-            name="factor",
-        )
-    return buffers
+    if sliced is None:
+        return buffers, {}
+    own = {"block_side": sliced.block_side}
+    picture.run(INTEGRATE, sliced.blocks, buffers, uniforms=own, name="factor")
+    return buffers, own
 
 
 def _change(picture: Changed, i: int, buffers: dict[int, Any], own: dict[str, Any]) -> None:

@@ -177,14 +177,31 @@ class Picture:
     # ---- Passes over triangles ----
 
     def _draw(self, drawn: Drawn, buffers: dict[int, Any]) -> None:
-        if drawn.words:
-            buffers = changed(self, drawn, buffers)
-        elif drawn.formats:
-            buffers = self._captured(drawn, buffers)
+        if drawn.words or drawn.formats:
+            found = changed(self, drawn, buffers) if drawn.words else self._captured(drawn, buffers)
+            self._make_factors(drawn, *found)
         self._shade(drawn, buffers)
 
-    def _captured(self, drawn: Drawn, buffers: dict[int, Any]) -> dict[int, Any]:
-        """Buffers, of which some then hold what pixels keep, and the factors made of it."""
+    def _make_factors(self, drawn: Drawn, buffers: dict[int, Any], told: dict[str, Any]) -> None:
+        """Of what pixels keep, or blocks that stages are told of."""
+        stages = drawn.stages
+        if stages is None:
+            stages = tuple(one for one in self.passes.stages if one.number != CAPTURE)
+        for stage in stages:
+            self.run(
+                stage.number,
+                self.pixels,
+                buffers,
+                uniforms=told,
+                double=stage.double,
+                name="factor",
+            )
+
+    def _captured(
+        self, drawn: Drawn, buffers: dict[int, Any]
+    ) -> tuple[dict[int, Any], dict[str, Any]]:
+        """Buffers, of which some then hold what pixels keep, and what the stages that make factors
+        of it are told."""
         low, given = self._blocks(drawn, buffers)
         for i in range(drawn.rounds):
             own: dict[str, Any] = {"ROUND": i} if drawn.rounds > 1 else {}
@@ -199,33 +216,16 @@ class Picture:
                     name="first factor" if i == 0 else "convert",
                     **own,
                 )
-        if given:
-            buffers = {**buffers, BLOCKS: low[STATE]}
-        stages = drawn.stages
-        if stages is None:
-            stages = tuple(one for one in self.passes.stages if one.number != CAPTURE)
-        for stage in stages:
-            blocks = (
-                {
-                    "block_side": drawn.block_side,
-                    "block_left": 0,
-                    "block_top": 0,
-                    "blocks_across": given["width"],
-                    "blocks_down": given["blocks_there"][1],
-                    "first_pixel": 0,
-                }
-                if given
-                else {}
-            )
-            self.run(
-                stage.number,
-                self.pixels,
-                buffers,
-                uniforms=blocks,
-                double=stage.double,
-                name="factor",
-            )
-        return buffers
+        if not given:
+            return buffers, {}
+        return {**buffers, BLOCKS: low[STATE]}, {
+            "block_side": drawn.block_side,
+            "block_left": 0,
+            "block_top": 0,
+            "blocks_across": given["width"],
+            "blocks_down": given["blocks_there"][1],
+            "first_pixel": 0,
+        }
 
     def _shade(self, drawn: Drawn, buffers: dict[int, Any]) -> None:
         formats = [self.target] if drawn.shades else []

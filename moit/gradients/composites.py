@@ -77,7 +77,8 @@ def composite(
         nothing is kept but the arguments, of which fragments that share arrays with the caller
         show changes of these.
 
-    Where an answer has a kink, derivatives are finite and those of one side:
+    Derivatives are numbers: of one that the dtype does not hold, its largest. Where an answer has a
+    kink, they are those of one side:
 
     - Fragments of equal depth keep their order, of moments each its place.
     - Alpha beyond `max_alpha` absorbs no more, and up to it as it does below.

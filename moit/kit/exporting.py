@@ -8,6 +8,8 @@ from collections.abc import Mapping, Set
 from contextlib import suppress
 from typing import Any
 
+import numpy as np
+
 from moit.catalog import Technique
 from moit.catalog import technique as technique_of
 from moit.checks.arguments import one_of, path_name
@@ -85,9 +87,11 @@ def _range_for(technique: Technique, near: float, far: float) -> None:
     if not least < near < far < float("inf"):
         needed = "0 < near < far" if positive else "near < far"
         raise ValueError(f"depth_range: expected {needed}, both finite, got {(near, far)}")
-    if not 0 < (far / near if positive else far - near) < float("inf"):
+    floats = np.finfo(np.float32)
+    least, most = float(floats.tiny if positive else -floats.max), float(floats.max)
+    if not (near >= least and far <= most and np.float32(near) < np.float32(far)):
         raise ValueError(
-            f"depth_range: expected near and far that constants of a shader can tell, got "
+            f"depth_range: expected near and far that floats of a shader hold and tell apart, got "
             f"{(near, far)}"
         )
 

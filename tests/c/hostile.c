@@ -5,7 +5,7 @@
  *
  * tries COUNT cases from number FIRST on, names each that breaks a promise, and the one that ends the
  * process. tests/hostile.py does the same through Python, and asks mpmath. */
-#include "hostile_answers.h"
+#include "hostile_derivatives.h"
 
 enum { USUAL_COUNT = 5000 };
 
@@ -232,6 +232,7 @@ static void try_case(uint64_t seed) {
     if (fault.array != MOIT_NO_ARRAY)
         broken(&c, "the case itself", fault.array, (double)fault.index);
     ask_everything(&c);
+    ask_for_derivatives(&c);
     double_shows_what_single_does(&c);
     if (one_in(&c.random, 4)) volumes_keep_their_total(&c);
     if (one_in(&c.random, 8)) instructions_change_no_bit(&c);
@@ -240,6 +241,7 @@ static void try_case(uint64_t seed) {
         unchecked = true;
         change_numbers(&c);
         ask_everything(&c);
+        ask_for_derivatives(&c);
     }
     free_case(&c);
 }

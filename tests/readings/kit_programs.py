@@ -7,7 +7,7 @@ import numpy as np
 from moit.catalog.targets import channels
 from moit.kit.gathered import SHADING, SMALL, THREADS
 from moit.kit.memory import with_memory
-from readings import kits
+from readings import kit_runners, kits
 from readings.kit_blocks import Picture
 
 
@@ -75,9 +75,9 @@ def _captured(technique, kit, program, given: np.ndarray, picture: Picture, memo
     """(n, k): what each fragment adds to targets."""
     call = _call(kit, program.captures, given.shape[1], picture, "")
     stored, total = kits._stored(technique, "sums", "added")
-    lines = [kits.Spelling(kit.language.name).value("moit_sums", "added", call), *stored]
+    lines = [kit_runners.Spelling(kit.language.name).value("moit_sums", "added", call), *stored]
     inside = f"if (i < {len(given)}u) {{ {' '.join(lines)} }}"
-    return kits.run(kit, given.astype(np.float32), [inside], total, memory)
+    return kit_runners.run(kit, given.astype(np.float32), [inside], total, memory)
 
 
 def _run(technique, kit, program, given: np.ndarray, picture: Picture, memory) -> np.ndarray:
@@ -91,14 +91,14 @@ def _run(technique, kit, program, given: np.ndarray, picture: Picture, memory) -
     stored = ["made[i] = {0};"]
     if program.parted:
         stored = [
-            kits.Spelling(language).value("vec2", "through", "{0}"),
+            kit_runners.Spelling(language).value("vec2", "through", "{0}"),
             "made[2u * i] = through.x;",
             "made[2u * i + 1u] = through.y;",
         ]
     lines += [one.format(call) for one in stored] if shades else [f"{call};"]
     # threads beyond the last fill a group
     inside = " ".join(lines)
-    return kits.run(
+    return kit_runners.run(
         kit,
         given,
         [f"if (i < {len(given)}u) {{ {inside} }}"],
@@ -110,7 +110,7 @@ def _run(technique, kit, program, given: np.ndarray, picture: Picture, memory) -
 def _call(kit, call: str, row: int, picture: Picture, sums: str) -> str:
     """Of the text, for a thread whose row has a column, a row, depth and alpha."""
     language = kit.language.name
-    spelling = kits.Spelling(language)
+    spelling = kit_runners.Spelling(language)
     whole = {"wgsl": "u32"}.get(language, "uint")
     pair = {"glsl": "uvec2", "wgsl": "vec2<u32>"}.get(language, "uint2")
     place = f"{pair}({', '.join(f'{whole}({spelling.given(k, 1, row)})' for k in range(2))})"

@@ -10,7 +10,7 @@ from moit.kit.gathered import SHADING, THREADS, Program, tests_by_itself
 from moit.kit.including import Include
 from moit.kit.small_targets import FARTHEST, MEANS
 from moit.kit.usage import usage
-from readings import kits
+from readings import kit_runners
 from readings.compilers import from_slang, run_tool, tool
 
 PIXELS = ("resolve", FARTHEST, MEANS)  # whose shaders are given no fragment
@@ -235,7 +235,7 @@ def _check_hlsl(text: str, stage: str = "frag") -> None:
 
 
 def _check_wgsl(text: str, stage: str = "frag") -> None:
-    kits.wgpu_device().create_shader_module(code=text)
+    kit_runners.wgpu_device().create_shader_module(code=text)
 
 
 def _check_slang(text: str, stage: str = "frag") -> None:
@@ -244,7 +244,7 @@ def _check_slang(text: str, stage: str = "frag") -> None:
 
 def _check_metal(text: str, stage: str = "frag") -> None:
     with tempfile.TemporaryDirectory() as folder:
-        kits.compiled_metal(text, folder, "-fsyntax-only")
+        kit_runners.compiled_metal(text, folder, "-fsyntax-only")
 
 
 _CHECKS = {

@@ -78,8 +78,16 @@ void moit_adjoint_of_totals(const moit_tile *tile, const moit_adjoint *by, const
 double moit_adjoint_read_curve(const moit_job *job, const moit_tile *tile, const moit_adjoint *by,
                                int p, int kept, double *by_T);
 
-/* Of moit_averaged_coverage by the sum. */
+/* Of moit_averaged_coverage by the sum, and of the share that it is of the sum. */
 double moit_averaged_slope(double sum, int n);
+double moit_averaged_share_slope(double sum, int n);
+
+/* The share that what a pixel's n fragments cover is of their sum of alpha, (1 - product of 1 -
+ * alpha) / sum; 1 of nothing. Adds by_share times what that changes by with each to by_alpha, in an
+ * order as above. work: (n). Nothing is a difference of what is nearly equal, so no digits are lost
+ * where alpha is next to nothing, and nothing is infinite. */
+double moit_adjoint_of_share(int n, const int32_t *order, const double *alpha, double by_share,
+                             double *by_alpha, double *work);
 
 /* How fast z rises: this, by depth itself where it is by logarithms; 0 where there is but one z. */
 double moit_warp_rise(const moit_warp_map *map);

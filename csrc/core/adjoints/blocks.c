@@ -162,7 +162,7 @@ static void give_to_blocks(const giving *to, int p, const moit_moment_state *s, 
     const moit_job *job = to->job;
     const double *b = (const double *)to->tile->b + p * (to->slopes->numbers - 1);
     int numbers = to->slopes->numbers - 1;
-    double mass = 0.0, mean, keeps = 1.0 - s->bias;
+    double mass = 0.0, kept, keeps = 1.0 - s->bias; /* 0 where all is the safe one */
     for (int k = 0; k < 4; ++k)
         mass += around->share[k][i]
                 * *(const double *)moit_block_state(job, 0, around->place[k][i]).weight;
@@ -170,8 +170,8 @@ static void give_to_blocks(const giving *to, int p, const moit_moment_state *s, 
     if (mass > LEAST_MASS) whole = polynomial_of(s, S, shape, 0.0);
     if (s->family == MOIT_POWER && mass > LEAST_MASS) {
         double biased = expected_of_terms(s, S) + (shape ? shape->mean : 0.0);
-        mean = (biased - s->bias * expected(&whole, numbers, to->safe)) / keeps;
-    } else mean = expected(&whole, numbers, b);
+        kept = biased - s->bias * expected(&whole, numbers, to->safe);
+    } else kept = keeps * expected(&whole, numbers, b);
     for (int k = 0; k < 4; ++k) {
         double share = around->share[k][i];
         double *by = part_of(to->slopes, moit_pixel_at(to->tile, p), k);
@@ -182,7 +182,7 @@ static void give_to_blocks(const giving *to, int p, const moit_moment_state *s, 
         polynomial own = s->family == MOIT_POWER
                              ? polynomial_of(s, S, shape, *(const double *)block.numbers)
                              : whole;
-        own.numbers[0] -= mean;
+        by[0] -= share / mass * kept;
         for (int j = 0; j <= numbers; ++j) by[j] += share * keeps / mass * own.numbers[j];
     }
 }

@@ -45,16 +45,6 @@ void moit_peeling_pull_back(const moit_job *job, moit_tile *tile, const moit_adj
     }
 }
 
-/* What the tail covers together, of a sum of alpha over n. */
-static double tail_coverage(const moit_job *job, const moit_tile *tile, int p, double sum, int n) {
-    const double *alpha = tile->alpha;
-    double through = 1.0;
-    if (!job->technique->normalize) return moit_averaged_coverage(sum, n);
-    for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
-        if (tile->rank[i] >= job->technique->count) through *= 1.0 - alpha[i];
-    return 1.0 - through;
-}
-
 void moit_hybrid_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p], n = tile->offsets[p + 1] - first, behind = 0;
@@ -70,20 +60,21 @@ void moit_hybrid_pull_back(const moit_job *job, moit_tile *tile, const moit_adjo
             by_factor += by->T[first + i];
             order[kept + behind++] = i;
         }
-        double covered = behind ? tail_coverage(job, tile, p, sum, behind) : 0.0;
-        double share = sum > 0.0 ? covered / sum : 1.0, by_sum = 0.0;
-        double by_core = by_factor * share + by->total[p] * (1.0 - covered);
-        double by_covered = -core * by->total[p];
-        if (sum > 0.0) {
-            by_covered += core * by_factor / sum;
-            by_sum = -core * by_factor * share / sum;
-        }
-        if (!job->technique->normalize && behind)
-            by_sum += by_covered * moit_averaged_slope(sum, behind);
-        else
-            moit_adjoint_of_products(behind, order + kept, alpha, NULL, -by_covered, by_alpha,
+        double share = 1.0, by_share = core * by_factor, by_through = core * by->total[p];
+        if (job->technique->normalize) {
+            share =
+                moit_adjoint_of_share(behind, order + kept, alpha, by_share, by_alpha, by->work[0]);
+            moit_adjoint_of_products(behind, order + kept, alpha, NULL, by_through, by_alpha,
                                      by->work[0]);
-        for (int k = kept; k < n; ++k) by_alpha[order[k]] += by_sum;
+        } else if (sum > 0.0) {
+            double by_sum = by_share * moit_averaged_share_slope(sum, behind)
+                            - by_through * moit_averaged_slope(sum, behind);
+            share = moit_averaged_coverage(sum, behind) / sum;
+            for (int k = kept; k < n; ++k) by_alpha[order[k]] += by_sum;
+        } else {
+            for (int k = kept; k < n; ++k) by_alpha[order[k]] -= by_through;
+        }
+        double by_core = by_factor * share + by->total[p] * (1.0 - share * sum);
         moit_adjoint_of_products(kept, order, alpha, by->T + first, by_core, by_alpha, by->work[0]);
     }
 }

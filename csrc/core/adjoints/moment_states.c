@@ -66,7 +66,7 @@ static double bias_pulled(const state *s, const double *S, const moit_shape *sha
     moit_moments_of_terms(s->adjoints, s->family, &s->zone, s->nodes, s->rule, S, by_b + 1);
     if (shape) moit_add_shape(shape, 0.0, by_b);
     for (int k = 0; k < numbers; ++k) sum += by_b[1 + k] * (s->safe[k] - s->biased[k]);
-    return sum / (1.0 - s->bias);
+    return s->bias < 1.0 ? sum / (1.0 - s->bias) : 0.0; /* of nothing else nothing is known */
 }
 
 void moit_leave_depths(const moit_moment_state *s, const moit_readings *at) {

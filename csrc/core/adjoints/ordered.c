@@ -17,6 +17,27 @@ void moit_adjoint_of_products(int n, const int32_t *order, const double *alpha, 
     }
 }
 
+double moit_adjoint_of_share(int n, const int32_t *order, const double *alpha, double by_share,
+                             double *by_alpha, double *work) {
+    double *before = work, covered = 0.0, sum = 0.0, rest = 0.0; /* 1 less the share */
+    for (int k = 0; k < n; ++k) {
+        double own = alpha[order ? order[k] : k];
+        before[k] = covered;
+        sum += own;
+        if (own > 0.0) rest += own / sum * (covered - rest);
+        covered += own * (1.0 - covered);
+    }
+    if (!(sum > 0.0)) return 1.0;
+    double behind = 0.0;
+    for (int k = n; k-- > 0;) {
+        int i = order ? order[k] : k;
+        double others = before[k] + behind * (1.0 - before[k]);
+        by_alpha[i] += by_share * ((rest - others) / sum);
+        behind += alpha[i] * (1.0 - behind);
+    }
+    return 1.0 - rest;
+}
+
 void moit_adjoint_of_totals(const moit_tile *tile, const moit_adjoint *by, const double *by_total) {
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p], n = tile->offsets[p + 1] - first;

@@ -16,7 +16,7 @@ enum { MOST_TERMS = 32 };
 
 /* cos(2 pi k d) and sin(2 pi k d), k = 1 .. harmonics. */
 typedef struct {
-    double cosine[MOST_TERMS / 2], sine[MOST_TERMS / 2];
+    double cosine[MOST_TERMS], sine[MOST_TERMS]; /* of maps of functions all but one */
 } waves;
 
 static void find_waves(int harmonics, double turns, waves *w) {

@@ -135,18 +135,12 @@ static void give(const moit_job *job, const moit_tile *tile, void *out_, int wid
                  const double *numbers) {
     if (!out_) return;
     char *out = (char *)out_ + (size_t)(tile->first_fragment * width) * job->scalar;
-    int64_t n = (int64_t)tile->fragments * width;
-    if (tile->source) {
-        memset(out, 0, (size_t)(tile->given * width) * job->scalar);
-        for (int i = 0; i < tile->fragments; ++i)
-            for (int k = 0; k < width; ++k)
-                moit_set_number(job->fragments->precision, out,
-                                (int64_t)tile->source[i] * width + k, numbers[i * width + k]);
-    } else if (job->fragments->precision == MOIT_FLOAT64) {
-        memcpy(out, numbers, (size_t)n * sizeof *numbers);
-    } else {
-        for (int64_t i = 0; i < n; ++i) ((float *)(void *)out)[i] = (float)numbers[i];
-    }
+    if (tile->source) memset(out, 0, (size_t)(tile->given * width) * job->scalar);
+    for (int i = 0; i < tile->fragments; ++i)
+        for (int k = 0; k < width; ++k)
+            moit_put_number(job->fragments->precision, out,
+                            (int64_t)(tile->source ? tile->source[i] : i) * width + k,
+                            numbers[i * width + k]);
 }
 
 void moit_twin_give(const moit_job *job, const moit_tile *tile, moit_twin *t,

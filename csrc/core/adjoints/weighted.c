@@ -7,35 +7,18 @@
 #include <float.h>
 #include <math.h>
 
-/* What share_of of techniques/weighted.c gives, and the derivatives by what it is given. */
-static double share_pulled(double covered, double sum, double by_share, double *by_covered,
-                           double *by_sum) {
-    double share = sum > 0.0 ? covered / sum : 0.0;
-    *by_covered = *by_sum = 0.0;
-    if (!(sum > 0.0) || share > DBL_MAX) return covered > 0.0 ? 1.0 : 0.0;
-    *by_covered = by_share / sum;
-    *by_sum = -by_share * share / sum;
-    return share;
-}
-
 void moit_weighted_sum_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
     bool exact = job->technique->normalize;
     for (int p = 0; p < tile->pixels; ++p) {
-        int first = tile->offsets[p], end = tile->offsets[p + 1];
-        double by_sum = 0.0, by_share = 0.0, by_covered = 0.0, sum = 0.0, by_total = by->total[p];
-        for (int i = first; i < end; ++i) {
-            sum += ((const double *)tile->alpha)[i];
-            by_share += by->T[i];
-        }
+        int first = tile->offsets[p], n = tile->offsets[p + 1] - first;
+        const double *alpha = (const double *)tile->alpha + first;
+        double by_share = 0.0, *by_alpha = by->alpha + first;
+        for (int i = 0; i < n; ++i) by_share += by->T[first + i];
         if (exact) {
-            double share = share_pulled(1.0 - tile->total[p], sum, by_share, &by_covered, &by_sum);
-            if (share >= 1.0) by_covered = by_sum = 0.0; /* they count no more than they are */
-            moit_adjoint_of_products(end - first, NULL, (const double *)tile->alpha + first, NULL,
-                                     by_total - by_covered, by->alpha + first, by->work[0]);
-        } else {
-            by_sum = -by_total;
+            moit_adjoint_of_share(n, NULL, alpha, by_share, by_alpha, by->work[0]);
+            moit_adjoint_of_products(n, NULL, alpha, NULL, by->total[p], by_alpha, by->work[0]);
         }
-        for (int i = first; i < end; ++i) by->alpha[i] += by_sum;
+        for (int i = 0; !exact && i < n; ++i) by_alpha[i] -= by->total[p];
     }
 }
 
@@ -45,22 +28,29 @@ double moit_averaged_slope(double sum, int n) {
     return mean < 1.0 ? moit_exp((n - 1) * moit_log1p(-mean)) : n == 1 ? 1.0 : 0.0;
 }
 
+/* The share is the series of c[k] sum^(k - 1) with c[k] = -(-1 / n)^k choose(n, k), k = 1 .. n. */
+double moit_averaged_share_slope(double sum, int n) {
+    if (sum > 0.5)
+        return (moit_averaged_slope(sum, n) - moit_averaged_coverage(sum, n) / sum) / sum;
+    double slope = 0.0, term = -(n - 1.0) / (2.0 * n); /* c[k] sum^(k - 2) */
+    for (int k = 2; k <= n && fabs(term) * k > 0x1p-60 * fabs(slope); ++k) {
+        slope += (k - 1) * term;
+        term *= -sum * (n - k) / ((k + 1.0) * n);
+    }
+    return slope;
+}
+
 void moit_weighted_average_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
     (void)job;
     for (int p = 0; p < tile->pixels; ++p) {
         int first = tile->offsets[p], end = tile->offsets[p + 1];
-        double sum = 0.0, by_share = 0.0;
+        double sum = 0.0, by_share = 0.0, by_sum = 0.0;
         for (int i = first; i < end; ++i) {
             sum += ((const double *)tile->alpha)[i];
             by_share += by->T[i];
         }
-        double covered = moit_averaged_coverage(sum, end - first), by_sum = 0.0;
-        double by_covered = -by->total[p];
-        if (sum > 0.0) {
-            by_covered += by_share / sum;
-            by_sum = -by_share * covered / (sum * sum);
-        }
-        by_sum += by_covered * moit_averaged_slope(sum, end - first);
+        if (sum > 0.0) by_sum = by_share * moit_averaged_share_slope(sum, end - first);
+        by_sum -= by->total[p] * moit_averaged_slope(sum, end - first);
         for (int i = first; i < end; ++i) by->alpha[i] += by_sum;
     }
 }
@@ -135,7 +125,7 @@ static void pull_weight(const moit_job *job, const moit_tile *tile, int i, doubl
     double depth = ((const double *)tile->depth)[i], emission = ((const double *)tile->emission)[i];
     double scale = near < far ? far / (far - near) : 0.0;
     bounded d =
-        within_bounds(scale * (depth - near) / depth, scale * near / (depth * depth), 0.0, 1.0);
+        within_bounds(scale * (depth - near) / depth, scale * (near / depth) / depth, 0.0, 1.0);
     const double *color = tile->color ? (const double *)tile->color + 3 * i : NULL;
     int most = 0;
     for (int c = 1; color && c < 3; ++c) most = color[c] > color[most] ? c : most;
@@ -148,21 +138,34 @@ static void pull_weight(const moit_job *job, const moit_tile *tile, int i, doubl
     by->emission[i] += by_weight * s.by_bright * color[most];
 }
 
-void moit_weighted_blended_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
+/* Of T = share weight of pixel p's fragments, as share_of of techniques/weighted.c has the share. */
+static void pull_shares(const moit_job *job, const moit_tile *tile, int p, const moit_adjoint *by) {
     const double *weight = tile->z, *alpha = tile->alpha; /* as `weigh` leaves them */
-    for (int p = 0; p < tile->pixels; ++p) {
-        int first = tile->offsets[p], end = tile->offsets[p + 1];
-        double sum = 0.0, by_share = 0.0, by_covered, by_sum;
-        for (int i = first; i < end; ++i) {
-            sum += alpha[i] * weight[i];
-            by_share += weight[i] * by->T[i];
-        }
-        double share = share_pulled(1.0 - tile->total[p], sum, by_share, &by_covered, &by_sum);
-        for (int i = first; i < end; ++i) {
-            by->alpha[i] += by_sum * weight[i];
-            pull_weight(job, tile, i, share * by->T[i] + by_sum * alpha[i], by);
-        }
-        moit_adjoint_of_products(end - first, NULL, alpha + first, NULL, by->total[p] - by_covered,
-                                 by->alpha + first, by->work[0]);
+    int first = tile->offsets[p], end = tile->offsets[p + 1];
+    double covered = 1.0 - tile->total[p], sum = 0.0, by_share = 0.0;
+    double *through = by->work[0], T = 1.0;
+    if (!(covered > 0.0)) return; /* what covers nothing has T 1 */
+    for (int i = first; i < end; ++i) {
+        sum += alpha[i] * weight[i];
+        by_share += weight[i] * by->T[i];
+        through[i] = T;
+        T *= 1.0 - alpha[i];
     }
+    bool stays = !(sum > 0.0) || covered / sum > DBL_MAX;
+    double share = stays ? 1.0 : covered / sum, behind = 1.0;
+    for (int i = end; i-- > first;) {
+        double by_weight = share * by->T[i];
+        if (!stays) {
+            /* before it is divided: each by itself may be infinite where the other is */
+            by->alpha[i] += by_share * ((through[i] * behind - share * weight[i]) / sum);
+            by_weight -= by_share * share * (alpha[i] / sum);
+        }
+        pull_weight(job, tile, i, by_weight, by);
+        behind *= 1.0 - alpha[i];
+    }
+}
+
+void moit_weighted_blended_pull_back(const moit_job *job, moit_tile *tile, const moit_adjoint *by) {
+    for (int p = 0; p < tile->pixels; ++p) pull_shares(job, tile, p, by);
+    moit_adjoint_of_totals(tile, by, by->total);
 }

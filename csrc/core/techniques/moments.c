@@ -222,9 +222,15 @@ void moit_moments_weigh(const moit_job *job, moit_tile *tile) {
 }
 
 void moit_moments_warp_curve(const moit_job *job, moit_tile *tile) {
-    /* depths in the fragments' precision, in an array that is free until the curve is drawn */
+    /* A warp keeps z within its range. Where there is none, depths of any size are asked for, and
+     * what is read beyond would be no number: what a curve is there is known (moit_known_range). */
+    const double *range = moit_unit_range(job->technique);
+    bool unwarped = job->technique->warp == MOIT_WARP_NONE;
+    double least = unwarped ? range[0] : -DBL_MAX, most = unwarped ? range[1] : DBL_MAX;
+    /* in the fragments' precision, in an array that is free until the curve is drawn */
     for (int64_t k = 0; k < job->depths; ++k)
-        moit_set_number(job->fragments->precision, tile->curve, k, job->depth[k]);
+        moit_set_number(job->fragments->precision, tile->curve, k,
+                        fmin(fmax(job->depth[k], least), most));
     bool own = job->technique->range_per_pixel && !moit_extents_are_words(job->technique);
     for (int p = 0; p < tile->pixels; ++p) {
         char *z = (char *)tile->curve_z + (size_t)tile->curve_offsets[p] * job->scalar;
