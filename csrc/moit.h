@@ -107,6 +107,17 @@ typedef struct moit_span {
 moit_status moit_survey_fragments(const moit_fragments *fragments, int64_t count, int64_t *copy,
                                   moit_fault *fault, moit_span *span, const moit_run *run);
 
+/* An array of n numbers, and between what they must be. */
+typedef struct moit_range_check {
+    const void *x;
+    int64_t n;
+    double low, high;
+} moit_range_check;
+
+/* *within: whether all numbers of all arrays are; NaN is nowhere. As fast as memory is read. */
+moit_status moit_are_within(moit_precision precision, int count, const moit_range_check *arrays,
+                            bool *within, const moit_run *run);
+
 /* order (N): within each pixel the indices of its fragments from the least depth to the greatest,
  * equal depths in arrival order. Looks at offsets and depth only. NaN leaves an order unspecified,
  * but a permutation. */

@@ -184,6 +184,9 @@ def gather(
 def moment_words(
     technique: dict[str, Any], threads: int, b: NDArray[Any], /
 ) -> NDArray[np.uint16]: ...
+def numbers_within(
+    threads: int, checks: tuple[tuple[NDArray[Any], float, float], ...], /
+) -> bool: ...
 def moments_absorbance(
     technique: dict[str, Any],
     threads: int,

@@ -109,7 +109,7 @@ def transmittance(
     (1, 2)
     """
     found = technique_of_moments(technique)
-    read = [arrays_for(found, *one, z) for one in _sets(found, b0, b)]
+    read = [arrays_for(found, *one, z, threads=threads) for one in _sets(found, b0, b)]
     dtype = max(one[0].dtype for one in read)
     state = read[0][1]
     if read[1:]:
@@ -145,7 +145,7 @@ def bounds(
     """
     found = technique_of_moments(technique)
     first = _sets(found, b0, b)[0]
-    arrays = arrays_for(found, *first, z, alpha)
+    arrays = arrays_for(found, *first, z, alpha, threads=threads)
     own = arrays[3] if alpha is not None else None
     fields = found.fields_for_core(arrays[0].dtype)
     if found.moment_sets > 1:
@@ -212,7 +212,8 @@ def _pivots(
     answers = []
     for one in _sets(found, b0, b):
         total = as_array(one[0], "b0")
-        arrays = arrays_for(found, total, one[1], np.zeros((*total.shape[:1], 0), np.float32))
+        none = np.zeros((*total.shape[:1], 0), np.float32)
+        arrays = arrays_for(found, total, one[1], none, threads=threads)
         fields = found.fields_for_core(arrays[0].dtype)
         pivots = _core.moments_pivots(fields, thread_count(threads), arrays[0], arrays[1], needed)
         answers.append(pivots)
@@ -249,6 +250,8 @@ def arrays_for(
     b: ArrayLike,
     z: ArrayLike,
     alpha: ArrayLike | None = None,
+    *,
+    threads: int | None = None,
 ) -> list[NDArray[Any]]:
     """The arrays in one dtype, with the shapes and of the values that the technique needs."""
     given = {"b0": b0, "b": b, "z": z} | ({} if alpha is None else {"alpha": alpha})
@@ -291,12 +294,13 @@ def arrays_for(
     }
     with np.errstate(over="ignore"):  # what becomes infinite is reported as such
         ready = {name: np.require(array, dtype, ["C", "A"]) for name, array in found.items()}
-    # The ends say as much of finite limits as looking for what is not finite does.
-    greatest = np.finfo(dtype).max
-    if all(
-        array.size and array.min() >= least and array.max() <= min(last, greatest)
-        for array, (least, last) in ((array, limits[name]) for name, array in ready.items())
-    ):
+    # One look in lanes, on threads; what it is that is wrong, if anything, is found one by one.
+    greatest = float(np.finfo(dtype).max)
+    checks = tuple(
+        (array, float(limits[name][0]), min(float(limits[name][1]), greatest))
+        for name, array in ready.items()
+    )
+    if _core.numbers_within(thread_count(threads), checks):
         return list(ready.values())
     for name, array in found.items():
         ready[name] = finite(array, name, dtype)

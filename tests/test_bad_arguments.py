@@ -191,3 +191,15 @@ def test_moments_that_are_not_finite_or_in_range_are_named(place, wrong, said):
     given[place].flat[0] = wrong
     with raises(ValueError, said):
         moit.moments.transmittance("power4", *given.values())
+
+
+@pytest.mark.parametrize("place", ["b0", "b", "z"])
+def test_what_is_wrong_with_moments_is_found_wherever_it_is(place):
+    """Threads look at parts of arrays, one after the other."""
+    n = (1 << 16) + 5
+    given = {"b0": np.ones(n), "b": np.tile([0.1, 0.5, 0.1, 0.4], (n, 1)), "z": np.zeros((n, 1))}
+    given = {name: array.astype(np.float32) for name, array in given.items()}
+    moit.moments.transmittance("power4", *given.values())
+    given[place].flat[-1] = np.nan
+    with raises(ValueError, rf"{place}\[{n - 1}.*: found nan"):
+        moit.moments.transmittance("power4", *given.values())

@@ -185,6 +185,7 @@ RIGHT = {
     "gather": [(F, POWER, True, 1, False), (F, WORDS, True, 1, True)],
     "moment_words": [(NODES, 1, B), (NODES, 2, B.astype(np.float64))],
     "moments_absorbance": [(POWER, 1, B0, B, Z)],
+    "numbers_within": [(1, ((B0, 0.0, 1.0), (B, -1.0, 1.0))), (2, ((Z, 5.0, 6.0),)), (1, ())],
     "moments_pullback": [(POWER, 1, B0, B, Z, False, Z), (POWER, 2, B0, B, Z, True, Z)],
     "moments_bounds_pullback": [(POWER, 1, B0, B, Z, None, Z, Z), (POWER, 1, B0, B, Z, Z, Z, Z)],
     "bound_of_rows": [(POWER, 1, ROWS, Z[:, 0], False, 1.0), (POWER, 2, ROWS, Z[:, 0], True, 0.1)],
@@ -438,6 +439,7 @@ WRONG = {
     "gather": wrong_questions(True, 1, False),
     "moment_words": [(NODES, 1, B[:, :3]), (POWER, 1, B), (NODES, 1, B0), (NODES, 1, None)],
     "moments_absorbance": [(POWER, 1, B0[1:], B, Z), (POWER, 1, B0, "x", Z)],
+    "numbers_within": [(1, ((B0, 0.0, 1.0),) * 5), (1, ((B0, 0.0),)), (1, (None,)), (1, [B0])],
     "moments_pullback": [
         (SORTED, 1, B0, B, Z, False, Z),
         (POWER, 1, B0, B, Z, False, Z[1:]),

@@ -364,3 +364,20 @@ def test_moments_of_one_pixel_do_not_touch_the_next(m, kind):
         one = slice(pixel, pixel + 1)
         alone = moit.moments.transmittance(PowerMoments(m), b0[one], b[one], z[one])
         assert (alone == T[one]).all()
+
+
+@counts
+def test_a_depth_alone_is_answered_as_among_others(m):
+    """Of one depth a pixel lanes are pixels, whose last vector is not full; of more, fragments. An
+    empty pixel is one in both."""
+    data, problems = golden(f"power{m}"), golden("problems")
+    many = np.arange(1100) % len(data["b0"])
+    arrays = (data["b0"], data["b"], problems["eval_depth"][:, :2])
+    b0, b, z = (a[many].astype(np.float32) for a in arrays)
+    b0[::7], b[::7] = 0, 0
+    technique = PowerMoments(m, overestimation=0.25)
+    among = moit.moments.transmittance(technique, b0, b, z)
+    assert (among[::7] == 1).all() and (among[1::7] < 1).any()
+    for n in (1, 15, 16, 17, 1025, 1100):
+        alone = moit.moments.transmittance(technique, b0[:n], b[:n], z[:n, :1])
+        assert alone.tobytes() == np.ascontiguousarray(among[:n, :1]).tobytes()

@@ -142,3 +142,37 @@ moit_status moit_survey_fragments(const moit_fragments *fragments, int64_t count
     free(s.ends);
     return status;
 }
+
+/* ---- Any arrays ------------------------------------------------------------------------------ */
+
+typedef struct {
+    const moit_stages *stages;
+    size_t scalar;
+    const moit_range_check *arrays;
+    atomic_bool faulty;
+} range_survey;
+
+static int64_t parts_of(const moit_range_check *array) { return (array->n + PART - 1) / PART; }
+
+static moit_status survey_range(void *context, int64_t item, int thread) {
+    range_survey *s = context;
+    const moit_range_check *array = s->arrays;
+    (void)thread;
+    for (; item >= parts_of(array); ++array) item -= parts_of(array);
+    int64_t first = item * PART, n = least(PART, array->n - first);
+    const char *x = (const char *)array->x + (size_t)first * s->scalar;
+    if (!s->stages->all_within(n, x, array->low, array->high)) atomic_store(&s->faulty, true);
+    return MOIT_OK;
+}
+
+moit_status moit_are_within(moit_precision precision, int count, const moit_range_check *arrays,
+                            bool *within, const moit_run *run) {
+    range_survey s = {.stages = moit_stages_of(precision, run->isa),
+                      .scalar = moit_scalar_size(precision),
+                      .arrays = arrays};
+    int64_t parts = 0;
+    for (int i = 0; i < count; ++i) parts += parts_of(arrays + i);
+    moit_status status = moit_parallel_for(run, parts, survey_range, &s);
+    *within = !atomic_load(&s.faulty);
+    return status;
+}

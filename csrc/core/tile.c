@@ -50,7 +50,7 @@ static moit_tile lay_out(const tiling *t, pieces *p) {
         .b = piece(p, pixels * MOIT_MOST_NUMBERS, s),
         .double_b0 = piece(p, pixels, sizeof(double)),
         .double_b = piece(p, pixels * MOIT_MOST_NUMBERS, sizeof(double)),
-        .rules = piece(p, pixels * MOIT_MOST_RULE, sizeof(double)),
+        .rules = piece(p, (pixels + MOIT_PADDING) * MOIT_MOST_RULE, sizeof(double)),
         .sums = piece(p, pixels * 4, sizeof(double)),
         .bounds = {piece(p, most_points, sizeof(double)), piece(p, most_points, sizeof(double))},
         .points = {piece(p, most_points, sizeof(double)), piece(p, most_points, sizeof(double)),

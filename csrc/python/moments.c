@@ -192,7 +192,50 @@ static PyObject *bias(PyObject *Py_UNUSED(module), PyObject *args) {
     return PyFloat_FromDouble(bias);
 }
 
+PyDoc_STRVAR(
+    numbers_within_doc,
+    "numbers_within(threads, checks, /)\n--\n\n"
+    "Whether the numbers of all checks (array, low, high) are within; NaN is not. At most\n"
+    "four arrays of one dtype, C-contiguous.");
+
+static PyObject *numbers_within(PyObject *Py_UNUSED(module), PyObject *args) {
+    enum { MOST = 4 };
+    PyObject *checks, *result = NULL;
+    PyArrayObject *held[MOST] = {NULL};
+    moit_range_check arrays[MOST];
+    int threads, type = -1;
+    if (!PyArg_ParseTuple(args, "iO!:numbers_within", &threads, &PyTuple_Type, &checks))
+        return NULL;
+    Py_ssize_t count = PyTuple_GET_SIZE(checks);
+    if (count > MOST) return PyErr_Format(PyExc_ValueError, "checks: expected at most %d", MOST);
+    for (Py_ssize_t i = 0; i < count; ++i) {
+        PyObject *check = PyTuple_GET_ITEM(checks, i), *array;
+        if (!PyTuple_Check(check)) {
+            PyErr_SetString(PyExc_TypeError, "checks: expected (array, low, high)");
+            goto done;
+        }
+        if (!PyArg_ParseTuple(check, "O!dd", &PyArray_Type, &array, &arrays[i].low,
+                              &arrays[i].high))
+            goto done;
+        if (type < 0) type = number_type_of(array);
+        if (!(held[i] = array_of(array, type, PyArray_NDIM((PyArrayObject *)array), "array")))
+            goto done;
+        arrays[i].x = PyArray_DATA(held[i]);
+        arrays[i].n = PyArray_SIZE(held[i]);
+    }
+    bool within;
+    core_call call;
+    begin_call(&call, threads);
+    moit_status status =
+        moit_are_within(precision_of(type), (int)count, arrays, &within, &call.run);
+    if (!end_call(&call, status)) result = PyBool_FromLong(within);
+done:
+    for (int i = 0; i < MOST; ++i) Py_XDECREF(held[i]);
+    return result;
+}
+
 static PyMethodDef methods[] = {
+    {"numbers_within", numbers_within, METH_VARARGS, numbers_within_doc},
     {"moments_absorbance", moments_absorbance, METH_VARARGS, moments_absorbance_doc},
     {"moments_transmittance", moments_transmittance, METH_VARARGS, moments_transmittance_doc},
     {"moment_words", moment_words, METH_VARARGS, moment_words_doc},

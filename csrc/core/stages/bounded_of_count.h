@@ -57,7 +57,7 @@ FN void NAMED(bounded_of)(int pixels, const int32_t *offsets, const SCALAR *z, c
                 store(T + i, load(T + i) + share * load(room + (i - from)));
             }
         }
-        if (!features && !absorbed) decay_of_block(&block, T);
+        if (!features && !absorbed) decay_of(block.first, block.end, T);
     }
     for (int p = 0; features && p < pixels; ++p)
         for (int i = offsets[p]; i < offsets[p + 1]; ++i)

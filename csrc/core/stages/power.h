@@ -103,6 +103,21 @@ static void power_transmittance_stage(int count, const moit_wrapping_zone *zone,
     }
 }
 
+#ifndef RULES /* float tables only */
+static void power_transmittance_by_rows_stage(int count, int pixels, const int32_t *offsets,
+                                              const float *z, const float *own, const float *rows,
+                                              const float *b0, double beta, bool absorbed,
+                                              float *T) {
+    switch (count) {
+    case 2: transmittance_by_rows_of1(pixels, offsets, z, own, rows, b0, beta, absorbed, T); break;
+    case 4: transmittance_by_rows_of2(pixels, offsets, z, own, rows, b0, beta, absorbed, T); break;
+    case 6: transmittance_by_rows_of3(pixels, offsets, z, own, rows, b0, beta, absorbed, T); break;
+    case 8: transmittance_by_rows_of4(pixels, offsets, z, own, rows, b0, beta, absorbed, T); break;
+    }
+}
+#define POWER_TRANSMITTANCE_BY_ROWS_STAGE power_transmittance_by_rows_stage
+#endif
+
 #ifdef RULES /* double tables only */
 #include "kernels/pairs.h"
 
@@ -125,6 +140,40 @@ FN void columns_of(const int count, int pixels, const double *rows, SCALAR (*col
             columns[k][lane] = (SCALAR)rows[(lane < pixels ? lane : 0) * count + k];
 }
 
+/* The same of floats, in `columns` of lanes. Rows of four are turned as wide as vectors are. */
+FN void columns_of_floats(const int count, int pixels, const float *rows, real *columns) {
+#if LANES == 8
+    typedef float sixteen __attribute__((vector_size(64)));
+    typedef float eight __attribute__((vector_size(32)));
+    if (count == 4 && pixels >= LANES) {
+        sixteen a, b;
+        memcpy(&a, rows, sizeof a);
+        memcpy(&b, rows + 16, sizeof b);
+        sixteen front = __builtin_shufflevector(a, b, 0, 4, 8, 12, 16, 20, 24, 28, 1, 5, 9, 13, 17,
+                                                21, 25, 29),
+                back = __builtin_shufflevector(a, b, 2, 6, 10, 14, 18, 22, 26, 30, 3, 7, 11, 15, 19,
+                                               23, 27, 31);
+        eight of[4] = {__builtin_shufflevector(front, front, 0, 1, 2, 3, 4, 5, 6, 7),
+                       __builtin_shufflevector(front, front, 8, 9, 10, 11, 12, 13, 14, 15),
+                       __builtin_shufflevector(back, back, 0, 1, 2, 3, 4, 5, 6, 7),
+                       __builtin_shufflevector(back, back, 8, 9, 10, 11, 12, 13, 14, 15)};
+        for (int k = 0; k < 4; ++k) columns[k] = __builtin_convertvector(of[k], real);
+        return;
+    }
+#endif
+    SCALAR column[LANES];
+    for (int k = 0; k < count; ++k) {
+        for (int lane = 0; lane < LANES; ++lane)
+            column[lane] = (SCALAR)rows[(lane < pixels ? lane : 0) * count + k];
+        columns[k] = load(column);
+    }
+}
+
+FN void put_floats(float *to, real x) {
+    float_lanes floats = __builtin_convertvector(x, float_lanes);
+    memcpy(to, &floats, sizeof floats);
+}
+
 /* So small that a pivot above it is positive, and one at it leaves finite quotients. */
 #define NO_PIVOT 1e-150
 
@@ -140,6 +189,16 @@ static void power_rules_stage(int count, const moit_wrapping_zone *zone, bool fl
     case 4: rules_of2(floats, pixels, b, bias, safe, least, rules); break;
     case 6: rules_of3(floats, pixels, b, bias, safe, least, rules); break;
     case 8: rules_of4(floats, pixels, b, bias, safe, least, rules); break;
+    }
+}
+
+static void power_rule_rows_stage(int count, int pixels, const float *b, double bias,
+                                  const double *safe, double least, float *rows) {
+    switch (count) {
+    case 2: rule_rows_of1(pixels, b, bias, safe, least, rows); break;
+    case 4: rule_rows_of2(pixels, b, bias, safe, least, rows); break;
+    case 6: rule_rows_of3(pixels, b, bias, safe, least, rows); break;
+    case 8: rule_rows_of4(pixels, b, bias, safe, least, rows); break;
     }
 }
 
@@ -167,11 +226,14 @@ static void power_bounds_stage(int count, int pixels, const int32_t *offsets, co
 }
 #define POWER_PLAIN_SUMS_STAGE power_plain_sums_stage
 #define POWER_RULES_STAGE power_rules_stage
+#define POWER_RULE_ROWS_STAGE power_rule_rows_stage
 #define POWER_PIVOTS_STAGE power_pivots_stage
+#define POWER_TRANSMITTANCE_BY_ROWS_STAGE NULL
 #define POWER_BOUNDS_STAGE power_bounds_stage
 #else
 #define POWER_PLAIN_SUMS_STAGE NULL
 #define POWER_RULES_STAGE NULL
+#define POWER_RULE_ROWS_STAGE NULL
 #define POWER_PIVOTS_STAGE NULL
 #define POWER_BOUNDS_STAGE NULL
 #endif

@@ -43,42 +43,84 @@ FN void NAMED(one_more_together)(int n, const int k, const NAMED(recurrence) *c,
     for (int v = 0; v < n; ++v) all[v] = NAMED(partial_of)(found[v], c[v], k);
 }
 
-FN void NAMED(rules_held_as)(const int floats, int pixels, const double *b, double bias,
-                             const double *safe_, double least, double *rules) {
-    NAMED(moments) safe;
+/* Moments of some vectors of pixels, and their rules. */
+typedef struct {
+    int vectors;
+    NAMED(moments) m[NAMED(RULES_TOGETHER)], safe;
+    NAMED(rule) rule[NAMED(RULES_TOGETHER)];
+} NAMED(some_rules);
+
+FN void NAMED(find_rules)(const int floats, NAMED(some_rules) *of, double bias, double least) {
     NAMED(recurrence) c[NAMED(RULES_TOGETHER)];
     NAMED(partial) all[NAMED(RULES_TOGETHER)];
-    for (int k = 0; k < 2 * NODES; ++k) safe.b[k] = K(safe_[k]);
-    for (int first = 0; first < pixels; first += NAMED(RULES_TOGETHER) *LANES) {
-        int n = 0;
-        for (int p = first; p < pixels && n < NAMED(RULES_TOGETHER); p += LANES, ++n) {
-            SCALAR columns[2 * NODES][LANES];
-            columns_of(2 * NODES, pixels - p, b + p * 2 * NODES, columns);
-            NAMED(moments) m;
-            for (int k = 0; k < 2 * NODES; ++k) m.b[k] = load(columns[k]);
-            c[n] = floats ? NAMED(plain_recurrence_of)(m, K(bias), safe, K(least))
-                          : NAMED(recurrence_of)(m, K(bias), safe, K(least));
-            all[n] = NAMED(first_node)(c[n]);
+    int n = of->vectors;
+    for (int v = 0; v < n; ++v) {
+        c[v] = floats ? NAMED(plain_recurrence_of)(of->m[v], K(bias), of->safe, K(least))
+                      : NAMED(recurrence_of)(of->m[v], K(bias), of->safe, K(least));
+    }
+    for (int v = 0; v < n; ++v) {
+        all[v] = NAMED(first_node)(c[v]);
 #if NODES > 1
-            all[n] = NAMED(one_more_node)(all[n], c[n], 1);
+        all[v] = NAMED(one_more_node)(all[v], c[v], 1);
 #endif
-        }
+    }
 #if NODES > 2
-        NAMED(one_more_together)(n, 2, c, all);
+    NAMED(one_more_together)(n, 2, c, all);
 #endif
 #if NODES > 3
-        NAMED(one_more_together)(n, 3, c, all);
+    NAMED(one_more_together)(n, 3, c, all);
 #endif
-        for (int v = 0, p = first; v < n; ++v, p += LANES) {
-            NAMED(rule) r = NAMED(rule_from)(c[v], all[v]);
+    for (int v = 0; v < n; ++v) of->rule[v] = NAMED(rule_from)(c[v], all[v]);
+}
+
+FN void NAMED(rules_held_as)(const int floats, int pixels, const double *b, double bias,
+                             const double *safe, double least, double *rules) {
+    NAMED(some_rules) of;
+    for (int k = 0; k < 2 * NODES; ++k) of.safe.b[k] = K(safe[k]);
+    for (int first = 0; first < pixels; first += NAMED(RULES_TOGETHER) *LANES) {
+        of.vectors = 0;
+        for (int p = first; p < pixels && of.vectors < NAMED(RULES_TOGETHER); p += LANES) {
+            SCALAR columns[2 * NODES][LANES];
+            columns_of(2 * NODES, pixels - p, b + p * 2 * NODES, columns);
+            for (int k = 0; k < 2 * NODES; ++k) of.m[of.vectors].b[k] = load(columns[k]);
+            ++of.vectors;
+        }
+        NAMED(find_rules)(floats, &of, bias, least);
+        for (int v = 0, p = first; v < of.vectors; ++v, p += LANES) {
+            const NAMED(rule) *r = of.rule + v;
             for (int lane = 0; lane < LANES && p + lane < pixels; ++lane) {
                 double *out = rules + (p + lane) * MOIT_RULE_SIZE(2 * NODES);
                 for (int i = 0; i < NODES; ++i) {
-                    out[i] = r.g[i][lane];
-                    out[NODES + i] = r.e[i][lane];
+                    out[i] = r->g[i][lane];
+                    out[NODES + i] = r->e[i][lane];
                 }
-                out[2 * NODES] = r.d[lane];
+                out[2 * NODES] = r->d[lane];
             }
+        }
+    }
+}
+
+/* With up to two nodes there is nothing to wait for together. */
+static void NAMED(rule_rows_of)(int pixels, const float *b, double bias, const double *safe,
+                                double least, float *rows) {
+    enum { TOGETHER = NAMED(RULES_TOGETHER) };
+    const int length = MOIT_ROW(pixels);
+    NAMED(some_rules) of;
+    for (int k = 0; k < 2 * NODES; ++k) of.safe.b[k] = K(safe[k]);
+    for (int first = 0; first < pixels; first += TOGETHER * LANES) {
+        of.vectors = 0;
+        for (int p = first; p < pixels && of.vectors < TOGETHER; p += LANES)
+            columns_of_floats(2 * NODES, pixels - p, b + p * 2 * NODES, of.m[of.vectors++].b);
+        NAMED(find_rules)(1, &of, bias, least);
+        for (int v = 0; v < of.vectors; ++v) {
+            float *row = rows + first + v * LANES;
+            for (int i = 0; i < NODES; ++i) {
+                real g = of.rule[v].g[i];
+                put_floats(row + i * length, g);
+                put_floats(row + (NODES + i) * length, g - rounded_to_float(g));
+                put_floats(row + (2 * NODES + i) * length, of.rule[v].e[i]);
+            }
+            put_floats(row + 3 * NODES * length, of.rule[v].d);
         }
     }
 }

@@ -55,8 +55,17 @@ FN real lanes_of_row(const SCALAR *row, truth lane) {
 #endif
 }
 
+/* What fragments' rays are: those of a block's pixels, whose numbers are in `row`; or of pixels
+ * that have one fragment each, rows that are MOIT_ROW(pixels) long, and their b0. */
+typedef struct {
+    const ray_block *block; /* NULL: one fragment each */
+    SCALAR (*row)[BLOCK_ROW];
+    const SCALAR *each, *b0;
+    int length;
+} rays_of_fragments;
+
 /* exp(-x) of each fragment's number. By itself: its steps wait for one another, and a short loop
  * lets a processor work on several vectors at once. */
-FN void decay_of_block(const ray_block *block, SCALAR *x) {
-    for (int i = block->first; i < block->end; i += LANES) store(x + i, exponential(-load(x + i)));
+FN void decay_of(int first, int end, SCALAR *x) {
+    for (int i = first; i < end; i += LANES) store(x + i, exponential(-load(x + i)));
 }

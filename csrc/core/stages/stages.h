@@ -36,6 +36,12 @@ moit_warp_steps moit_warp_steps_of(const moit_warp_map *map, moit_precision prec
  * (kernels/power_moments.h). */
 #define MOIT_RULE_SIZE(count) ((count) + 1)
 
+/* The same rules as transmittance in floats reads them: rows of floats, in each a number of every
+ * pixel, MOIT_ROW(pixels) apart. They are the nodes, what a float rounds off these, the residues
+ * and the pivot. */
+#define MOIT_RULE_ROWS(count) (3 * (count) / 2 + 1)
+#define MOIT_ROW(pixels) (((pixels) + MOIT_PADDING - 1) / MOIT_PADDING * MOIT_PADDING)
+
 /* The same of n trigonometric moments: n nodes as depths and as points of a line, n residues, the
  * pivot, and two numbers about the wrapping zone (kernels/trigonometric_moments.h). */
 #define MOIT_CIRCLE_RULE_SIZE(count) (3 * (count) + 3)
@@ -101,6 +107,13 @@ typedef struct moit_moment_stages {
     void (*transmittance)(int count, const moit_wrapping_zone *zone, int pixels,
                           const int32_t *offsets, const void *z, const void *own,
                           const double *rules, const void *b0, double beta, bool absorbed, void *T);
+    /* Rules of moments that are floats, as rows of floats, and T by these; offsets: NULL where each
+     * pixel has one z. NULL: a family has none. Double tables, and float tables only. */
+    void (*rule_rows)(int count, int pixels, const float *b, double bias, const double *safe,
+                      double least, float *rows);
+    void (*transmittance_by_rows)(int count, int pixels, const int32_t *offsets, const float *z,
+                                  const float *own, const float *rows, const float *b0, double beta,
+                                  bool absorbed, float *T);
 } moit_moment_stages;
 
 /* Where a cell's slices are: `slot` is twice the place of the slice at its front, and one more

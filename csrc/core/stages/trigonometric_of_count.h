@@ -88,6 +88,6 @@ static void NAMED(circle_transmittance_of)(const moit_wrapping_zone *zone_, int 
             NAMED(circle_into_rows)(row, r, rules + block.pixel[r] * MOIT_CIRCLE_RULE_SIZE(NODES),
                                     b0[block.pixel[r]]);
         NAMED(circle_absorbance_of_block)(&block, row, zone, z, own, beta, T);
-        if (!absorbed) decay_of_block(&block, T);
+        if (!absorbed) decay_of(block.first, block.end, T);
     }
 }

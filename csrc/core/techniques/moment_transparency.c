@@ -263,7 +263,7 @@ void moit_mt_transmittance(const moit_stages *stages, const moit_stages *precise
                            moit_precision precision, const moit_technique *technique, double bias,
                            int pixels, const int32_t *offsets, const void *b0_, const void *b_,
                            const void *z, double *double_b, double *rules, void *T) {
-    enum { MOST = 256 };
+    enum { MOST = MOIT_MOST_RAYS_ASKED };
     assert(pixels <= MOST);
     moit_mt_reader reader = {stages, precise, precision, technique, bias};
     bool twice = technique->transparency.passes == 2, held = technique->resolution > 1;

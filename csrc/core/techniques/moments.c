@@ -176,24 +176,49 @@ void moit_moments_read(const moit_stages *precise, moit_precision precision,
     rows_apart(&rows, numbers, family->rule_size(count), filled, of_zero);
 }
 
-/* The same for a tile, with its totals. */
-void moit_moments_read_tile(const moit_job *job, moit_tile *tile) {
+static void find_totals(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
-    moit_moments_read(job->precise, precision, job->technique, &job->zone, job->bias, tile->pixels,
-                      tile->b, tile->double_b, tile->rules);
     for (int p = 0; p < tile->pixels; ++p) tile->double_b0[p] = moit_number(precision, tile->b0, p);
     job->precise->decay(tile->pixels, tile->double_b0, tile->total);
     moit_blocks_total(job, tile);
 }
 
+/* The same for a tile, with its totals. */
+void moit_moments_read_tile(const moit_job *job, moit_tile *tile) {
+    moit_moments_read(job->precise, job->fragments->precision, job->technique, &job->zone,
+                      job->bias, tile->pixels, tile->b, tile->double_b, tile->rules);
+    find_totals(job, tile);
+}
+
+bool moit_moments_by_rows(const moit_stages *stages, const moit_stages *precise,
+                          moit_precision precision, const moit_technique *technique, double bias,
+                          bool absorbed, const moit_rays_asked *asked, float *rows, void *T) {
+    const moit_moment_family *family = moit_family_of(technique);
+    const moit_moment_stages *rules = &precise->moments[family->stages];
+    if (precision != MOIT_FLOAT32 || !rules->rule_rows) return false;
+    rules->rule_rows(technique->count, asked->pixels, asked->b, bias,
+                     family->constants(technique)->safe, least_pivot(technique, precision, bias),
+                     rows);
+    stages->moments[family->stages].transmittance_by_rows(
+        technique->count, asked->pixels, asked->offsets, asked->z, asked->own, rows, asked->b0,
+        technique->moments.overestimation, absorbed, T);
+    return true;
+}
+
 void moit_moments_weigh(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
+    const void *own = technique->moments.exclude_self ? tile->absorbance : NULL;
     moit_moments_gather(job, tile);
+    moit_rays_asked asked = {tile->pixels, tile->offsets, tile->b0, tile->b, tile->z, own};
+    if (moit_moments_by_rows(job->stages, job->precise, job->fragments->precision, technique,
+                             job->bias, tile->absorbed, &asked, (float *)tile->rules, tile->T)) {
+        find_totals(job, tile);
+        return;
+    }
     moit_moments_read_tile(job, tile);
     job->stages->moments[moit_family_of(technique)->stages].transmittance(
-        technique->count, &job->zone, tile->pixels, tile->offsets, tile->z,
-        technique->moments.exclude_self ? tile->absorbance : NULL, tile->rules, tile->b0,
-        technique->moments.overestimation, tile->absorbed, tile->T);
+        technique->count, &job->zone, tile->pixels, tile->offsets, tile->z, own, tile->rules,
+        tile->b0, technique->moments.overestimation, tile->absorbed, tile->T);
 }
 
 void moit_moments_warp_curve(const moit_job *job, moit_tile *tile) {

@@ -11,6 +11,9 @@ typedef struct moit_moment_constants {
     double safe[MOIT_MOST_NUMBERS]; /* moments of the distribution that bias mixes in */
 } moit_moment_constants;
 
+/* The most pixels that a family's own `transmittance` is asked of at a time. */
+enum { MOIT_MOST_RAYS_ASKED = 256 };
+
 typedef struct moit_moment_family {
     int stages; /* its place in moit_stages.moments */
     int (*numbers)(int count);
@@ -64,6 +67,21 @@ void moit_moment_words_bounds(const moit_technique *technique, moit_precision pr
 void moit_moments_read(const moit_stages *precise, moit_precision precision,
                        const moit_technique *technique, const moit_wrapping_zone *zone, double bias,
                        int pixels, const void *b, double *double_b, double *rules);
+
+/* Rays of moments as they are stored, and where they are asked: offsets NULL: at one z each. b and
+ * what has a number for each pixel: not padded. */
+typedef struct moit_rays_asked {
+    int pixels;
+    const int32_t *offsets;
+    const void *b0, *b, *z, *own; /* own: NULL for none */
+} moit_rays_asked;
+
+/* T of power moments that are floats, without rules in memory in between but as rows: as
+ * moit_moments_read and `transmittance` have it, bit for bit, which others take (then false). rows:
+ * room for MOIT_RULE_ROWS of MOIT_ROW(pixels). */
+bool moit_moments_by_rows(const moit_stages *stages, const moit_stages *precise,
+                          moit_precision precision, const moit_technique *technique, double bias,
+                          bool absorbed, const moit_rays_asked *asked, float *rows, void *T);
 
 /* The same of a tile that has gathered, with its totals: tile->rules, double_b, double_b0,
  * total. */

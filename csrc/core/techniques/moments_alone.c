@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-enum { BLOCK_POINTS = 8192, BLOCK_PIXELS = 256 };
+enum { BLOCK_POINTS = 8192, BLOCK_PIXELS = 1024 };
 
 typedef struct {
     const moit_technique *technique;
@@ -39,16 +39,19 @@ static moit_status answer_block(void *context, int64_t item, int thread) {
     double *double_b =
         (double *)(T + moit_aligned_size((size_t)(room + MOIT_PADDING) * job->scalar));
     double *rules = double_b + (int64_t)job->block_pixels * MOIT_MOST_NUMBERS;
-    int32_t *offsets = (int32_t *)(rules + (int64_t)job->block_pixels * MOIT_MOST_RULE);
+    int32_t *offsets =
+        (int32_t *)(rules + (int64_t)(job->block_pixels + MOIT_PADDING) * MOIT_MOST_RULE);
 
     memcpy(z, job->z + (size_t)(first * job->depths) * job->scalar, (size_t)points * job->scalar);
     for (int p = 0; p <= pixels; ++p) offsets[p] = (int32_t)(p * job->depths);
     const void *b0 = job->b0 + (size_t)first * job->scalar,
                *b = job->b + (size_t)(first * numbers) * job->scalar;
+    moit_rays_asked asked = {pixels, job->depths == 1 ? NULL : offsets, b0, b, z, NULL};
     if (family->transmittance) {
         family->transmittance(job->stages, job->precise, job->precision, job->technique, job->bias,
                               pixels, offsets, b0, b, z, double_b, rules, T);
-    } else {
+    } else if (!moit_moments_by_rows(job->stages, job->precise, job->precision, job->technique,
+                                     job->bias, job->absorbed, &asked, (float *)rules, T)) {
         moit_moments_read(job->precise, job->precision, job->technique, &job->zone, job->bias,
                           pixels, b, double_b, rules);
         job->stages->moments[family->stages].transmittance(
@@ -80,12 +83,14 @@ static moit_status answer(const moit_technique *technique, moit_precision precis
         .absorbed = absorbed,
         .scalar = precision == MOIT_FLOAT64 ? sizeof(double) : sizeof(float),
     };
-    int64_t fit = BLOCK_POINTS / depths;
-    job.block_pixels = (int)(fit < 1 ? 1 : fit > BLOCK_PIXELS ? BLOCK_PIXELS : fit);
+    int64_t fit = BLOCK_POINTS / depths,
+            most = moit_family_of(technique)->transmittance ? MOIT_MOST_RAYS_ASKED : BLOCK_PIXELS;
+    if (pixels < most) most = pixels;
+    job.block_pixels = (int)(fit < 1 ? 1 : fit > most ? most : fit);
     size_t points = (size_t)job.block_pixels * (size_t)depths + MOIT_PADDING;
     job.part = 2 * moit_aligned_size(points * job.scalar)
-               + moit_aligned_size((size_t)job.block_pixels * (MOIT_MOST_NUMBERS + MOIT_MOST_RULE)
-                                       * sizeof(double)
+               + moit_aligned_size((size_t)(job.block_pixels + MOIT_PADDING)
+                                       * (MOIT_MOST_NUMBERS + MOIT_MOST_RULE) * sizeof(double)
                                    + (size_t)(job.block_pixels + 1) * sizeof(int32_t));
     int64_t blocks = (pixels + job.block_pixels - 1) / job.block_pixels;
     int64_t threads = run->threads < blocks ? run->threads : blocks;
