@@ -47,19 +47,20 @@ static void add_ends(const moit_warp_map *map, const double *depth, int first, i
 }
 
 /* The ends of a pixel's own range are fragments, the first of those that are there: z, so far from
- * them in shares of the range, falls as either moves away. */
+ * them in shares of the range, falls as either moves away. By their z, before it is by depth: either
+ * alone may be more than a number holds. */
 static void pull_ends(const moit_job *job, const moit_warp_map *map, const moit_tile *tile, int p,
-                      double rise, const moit_adjoint *by) {
+                      const moit_adjoint *by) {
     by_ends ends = {0.0, 0.0};
-    double *by_depth = by->depth;
+    double *by_z = by->work[1];
     if (map->warp == MOIT_WARP_NONE || !(map->near < map->far)) return;
-    add_ends(map, tile->depth, tile->offsets[p], tile->offsets[p + 1], tile->z, by->work[1], &ends);
+    add_ends(map, tile->depth, tile->offsets[p], tile->offsets[p + 1], tile->z, by_z, &ends);
     if (job->depths)
         add_ends(map, NULL, tile->curve_offsets[p], tile->curve_offsets[p + 1], tile->curve_z,
                  by->curve_z, &ends);
     int nearest = at_depth(tile, p, map->near), farthest = at_depth(tile, p, map->far);
-    if (nearest >= 0) by_depth[nearest] += ends.near * moit_warp_slope(map, rise, map->near);
-    if (farthest >= 0) by_depth[farthest] += ends.far * moit_warp_slope(map, rise, map->far);
+    if (nearest >= 0) by_z[nearest] += ends.near;
+    if (farthest >= 0) by_z[farthest] += ends.far;
 }
 
 /* Where the pixel's ends are in the image's range, whose warp rises as the image's does. */
@@ -126,8 +127,8 @@ void moit_adjoint_of_warp(const moit_job *job, const moit_tile *tile, const moit
     for (int p = 0; own && p < tile->pixels; ++p) {
         map = moit_pixel_warp(job, tile, p);
         rise = moit_warp_rise(&map);
+        pull_ends(job, &map, tile, p, by);
         for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
             by->depth[i] += by_z[i] * moit_warp_slope(&map, rise, depth[i]);
-        pull_ends(job, &map, tile, p, rise, by);
     }
 }
