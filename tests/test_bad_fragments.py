@@ -578,3 +578,11 @@ def test_anything_is_fragments_or_a_fragments_error(arguments):
     assert np.isfinite(f.depth).all() and ((f.alpha >= 0) & (f.alpha <= 1)).all()
     assert f.shape[0] * f.shape[1] == len(f.offsets) - 1
     assert len(f.sorted()) == len(f)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_what_ends_where_it_begins_is_not_at_fault(dtype):
+    """The first of what is wrong is named, and that is no such thing."""
+    depth, back = np.array([[1, 2], [1, 1.5]], dtype)
+    with pytest.raises(moit.FragmentsError, match=r"back\[1\]: found 1\.5"):
+        moit.Fragments([0, 2], depth, np.full(2, 0.5, dtype), back=back)

@@ -8,6 +8,7 @@ from small import some_fragments
 from variants import BLOCKS
 
 import moit
+from moit.fragments.squares import Squares, squares_of
 
 MOMENTS = [
     moit.PowerMoments(4),
@@ -318,3 +319,10 @@ def test_a_shadow_map_has_states_of_its_own():
     for name in ("power6(resolution=2)", "wavelet8(resolution=2)"):
         with pytest.raises(ValueError, match=r"states of blocks.*resolution=1"):
             moit.ShadowMap(glass, name, light=(0, -1, 0), resolution=8)
+
+
+def test_squares_count_from_row_and_column_0_of_the_display():
+    f = moit.Fragments(np.zeros(7, int), [], [], shape=(2, 3), origin=(1, 4), depth_range=(1, 2))
+    assert squares_of(f, 3) == Squares(side=3, left=1, top=1, across=2, down=1)
+    f = moit.Fragments(np.zeros(7, int), [], [], shape=(2, 3), origin=(2, -3), depth_range=(1, 2))
+    assert squares_of(f, 3) == Squares(side=3, left=0, top=2, across=1, down=2)

@@ -9,6 +9,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+import OpenEXR
 import pytest
 
 import moit
@@ -16,7 +17,7 @@ from moit.__main__ import main
 from moit.catalog.palette import family_title
 from moit.commands.compare import DEMO_SCENES
 from moit.commands.output import write_images
-from moit.commands.values import byte_count
+from moit.commands.values import byte_count, pixel
 from moit.comparing import results_folder
 
 pytestmark = pytest.mark.usefixtures("trees_and_rocks")
@@ -305,3 +306,28 @@ def test_backgrounds_are_colours_or_images(tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["composite", given[0], "-t", "power4", "-o", out, "--background", "no.exr"])
     assert "R,G,B or the path of an image" in capsys.readouterr().err
+
+
+def test_a_pixel_is_asked_by_column_and_row():
+    assert pixel("3,5") == (5, 3)
+
+
+def test_a_picture_has_the_place_of_what_it_shows(tmp_path):
+    f = moit.scenes.load("panes", (8, 6))
+    more = {"shape": f.shape, "depth_range": f.depth_range, "origin": (2, -3)}
+    moit.write_deep(
+        tmp_path / "panes.exr", moit.Fragments(f.offsets, f.depth, f.alpha, f.color, **more)
+    )
+    path = tmp_path / "picture.exr"
+    given = [
+        "composite",
+        str(tmp_path / "panes.exr"),
+        "-t",
+        "power4(resolution=2)",
+        "-o",
+        str(path),
+    ]
+    assert main(given) == 0
+    with OpenEXR.File(str(path)) as file:
+        box = file.header()["dataWindow"]
+    assert tuple(map(int, box[0])) == (-3, 2)

@@ -472,3 +472,14 @@ def test_volumes_alone_are_given_as_the_fact_says(technique):
     f = ray([1, 3], [0.5, 0.5], back=[2, 4])
     given, _ = thinned(f, technique, 1)
     assert (given.back is None) == (technique.thick in ("moments", "waves", "cells"))
+
+
+def test_points_of_what_is_a_few_ulps_thick_lie_within_it():
+    """A logarithm and back again leave it."""
+    front = np.random.default_rng(3).uniform(0.6, 7, 500)
+    back = np.nextafter(np.nextafter(front, 9), 9)
+    f = moit.Fragments(np.arange(501), front, np.full(500, 0.5), back=back, depth_range=RANGE)
+    points, _ = thinned(f, moit.technique("power4"), 1)
+    of = np.repeat(np.arange(500), points.counts.ravel())
+    assert len(points) > len(f)
+    assert ((front[of] <= points.depth) & (points.depth <= back[of])).all()
