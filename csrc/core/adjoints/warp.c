@@ -47,7 +47,7 @@ static void add_ends(const moit_warp_map *map, const double *depth, int first, i
 }
 
 /* The ends of a pixel's own range are fragments, the first of those that are there: z, so far from
- * them in shares of the range, falls as either moves away. By their z, before it is by depth: either
+ * them in shares of the range, falls as either moves away. By z, before it is by depth: either part
  * alone may be more than a number holds. */
 static void pull_ends(const moit_job *job, const moit_warp_map *map, const moit_tile *tile, int p,
                       const moit_adjoint *by) {
