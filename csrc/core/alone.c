@@ -9,7 +9,7 @@
 
 /* Where fewer than one pixel in so many is alone, taking it out costs more than it saves: of four
  * power moments, and of what takes longer to make rules of, or sees them by a network. */
-enum { WORTH_IT = 2, WORTH_MORE = 8 };
+enum { WORTH_IT = 2, WORTH_MORE = 4 };
 
 /* Those whose total is exp(-b0), of a b0 that is one fragment's absorbance, neither rounded to
  * fewer bits nor a block's. In floats alone: the last bit of a double would be another. */
