@@ -432,7 +432,7 @@ def test_an_empty_pixel_is_proven_clear(technique, dtype):
 
 
 def test_bounds_hang_on_nothing_that_stands_beside_a_pixel():
-    """Of every technique whose pixels are their own, to the last bit: a tile may hold any others."""
+    """Of every technique whose pixels are their own, to the last bit: tiles may hold any others."""
     rng = np.random.default_rng(5)
     counts = np.array([3, 40, 0, 2, 5, 1, 17, 4])
     n = counts.sum()
