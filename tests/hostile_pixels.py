@@ -142,6 +142,8 @@ def _asked(case: Case) -> dict[str, Ask]:
         ),
         "transmittance": lambda f, threads: moit.transmittance(f, t, threads=threads),
         "total": lambda f, threads: moit.total_transmittance(f, t, threads=threads),
+        "lower bounds": lambda f, threads: moit.bounds(f, t, threads=threads)[0],
+        "upper bounds": lambda f, threads: moit.bounds(f, t, threads=threads)[1],
     }
 
 
@@ -164,7 +166,7 @@ def _moved(case: Case, answered: dict[str, Array]) -> Iterator[str]:
         alone = f[:, first:last]
         for name, found in answered.items():
             begin, end = f.offsets[first], f.offsets[last]
-            those = found[begin:end] if name == "transmittance" else found[:, first:last]
+            those = found[:, first:last] if name in ("composite", "total") else found[begin:end]
             if not _same(np.ascontiguousarray(those), ask[name](alone, 1)):
                 yield f"{name}: pixels {first} to {last - 1} differ alone"
 
@@ -174,7 +176,8 @@ def _far_from_doubles(case: Case, found: Array) -> Iterator[str]:
     codes may be the next ones. Not where moments or networks lose digits, bytes are rounded after
     every fragment, or random numbers hang on bits of pieces."""
     f, t = case.fragments, case.technique
-    loses = t.stores_moments or t.has_network or getattr(t, "inside", None)
+    holds = getattr(t, "inside", None) or getattr(t, "tail", None)
+    loses = t.stores_moments or t.has_network or holds
     if f.depth.dtype != np.float32 or len(f.counts) < 1_000 or loses or hostile.rounds_each(t):
         return
     if t.random and (f.back is not None or f.deviation is not None):
@@ -196,6 +199,8 @@ def broken(case: Case) -> Iterator[str]:
     for name, results in hostile.answers(case):
         if name in ("composite", "transmittance", "total"):
             answered[name] = results[0]
+        if name == "bounds":
+            answered["lower bounds"], answered["upper bounds"] = results
         low, high = hostile.range_of(name, case.technique)
         for result in results:
             if not np.isfinite(result).all():

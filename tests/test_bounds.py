@@ -429,3 +429,21 @@ def test_an_empty_pixel_is_proven_clear(technique, dtype):
         np.zeros((2, 3), dtype),
     )
     assert (lower >= least).all() and (upper == 1).all()
+
+
+def test_bounds_hang_on_nothing_that_stands_beside_a_pixel():
+    """Of every technique whose pixels are their own, to the last bit: tiles may hold any others."""
+    rng = np.random.default_rng(5)
+    counts = np.array([3, 40, 0, 2, 5, 1, 17, 4])
+    n = counts.sum()
+    ends = np.concatenate([[0], np.cumsum(counts)])
+    depth, alpha = rng.uniform(1, 9, n), rng.uniform(0.1, 0.6, n)
+    f = moit.Fragments(ends, depth, alpha, depth_range=(1, 9), dtype="float64")
+    for technique in EVERY:
+        if not technique.local or technique.engine != "core":
+            continue
+        bounds = moit.bounds(f, technique, threads=1)
+        for first, last in ((0, 1), (3, 6)):
+            alone = moit.bounds(f[:, first:last], technique, threads=1)
+            for side, own in zip(bounds, alone, strict=True):
+                np.testing.assert_array_equal(side[ends[first] : ends[last]], own, str(technique))

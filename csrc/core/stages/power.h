@@ -221,8 +221,8 @@ static void power_pivots_stage(int count, const moit_wrapping_zone *zone, int pi
 }
 
 static void power_bounds_stage(int count, int pixels, const int32_t *offsets, const double *z,
-                               const double *b, const double *rules, double blur, double slack,
-                               double *at_least, double *at_most) {
+                               const double *b, const double *rules, double blur,
+                               const double *slack, double *at_least, double *at_most) {
     switch (count) {
     case 2: bounds_of1(pixels, offsets, z, b, rules, blur, slack, at_least, at_most); break;
     case 4: bounds_of2(pixels, offsets, z, b, rules, blur, slack, at_least, at_most); break;

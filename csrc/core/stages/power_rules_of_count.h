@@ -155,15 +155,15 @@ static void NAMED(pivots_of)(int pixels, const double *b, const double *bias, co
 }
 
 static void NAMED(bounds_of)(int pixels, const int32_t *offsets, const double *z, const double *b,
-                             const double *rules, double blur, double slack, double *at_least,
-                             double *at_most) {
+                             const double *rules, double blur, const double *slack,
+                             double *at_least, double *at_most) {
     for (int p = 0; p < pixels; ++p) {
         if (offsets[p] == offsets[p + 1]) continue;
         NAMED(rule) r = NAMED(load_rule)(rules + p * MOIT_RULE_SIZE(2 * NODES));
         NAMED(moments) m;
         for (int k = 0; k < 2 * NODES; ++k) m.b[k] = K(b[p * 2 * NODES + k]);
         for (int i = offsets[p]; i < offsets[p + 1]; i += LANES) {
-            NAMED(certain) c = NAMED(certain_at)(r, m, load(z + i), K(blur), K(slack));
+            NAMED(certain) c = NAMED(certain_at)(r, m, load(z + i), K(blur), K(slack[p]));
             store(at_least + i, c.at_least);
             store(at_most + i, c.at_most);
         }

@@ -53,18 +53,22 @@ static double hidden_absorbance(double alpha, double max_alpha, bool scaled) {
                        : __builtin_inf();
 }
 
+/* By the pixel's own fragments: what stands beside it changes no bit. */
+static allowance allowance_of(const moit_job *job, const moit_tile *tile, int p) {
+    return allowance_for(job->fragments->precision, job->technique->count,
+                         tile->offsets[p + 1] - tile->offsets[p]);
+}
+
 void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, double *upper) {
     moit_precision precision = job->fragments->precision;
     bool scaled = moit_technique_rows[job->technique->kind]->scales_alpha;
-    int count = job->technique->count, most = 0;
+    int count = job->technique->count;
     moit_moments_gather(job, tile);
-    for (int p = 0; p < tile->pixels; ++p) {
-        int n = tile->offsets[p + 1] - tile->offsets[p];
-        if (n > most) most = n;
-    }
-    allowance allow = allowance_for(precision, count, most);
-    moit_moments_read(job->precise, precision, job->technique, NULL, allow.bias, tile->pixels,
-                      tile->b, tile->double_b, tile->rules);
+    moit_moments_read(job->precise, precision, job->technique, NULL,
+                      moit_bias_of_bounds(precision, count), tile->pixels, tile->b, tile->double_b,
+                      tile->rules);
+    double *slack = tile->sums;
+    for (int p = 0; p < tile->pixels; ++p) slack[p] = allowance_of(job, tile, p).slack;
     /* what lies in front of all is proved exactly */
     job->stages->products(tile->pixels, tile->offsets, tile->alpha, tile->total);
 
@@ -74,16 +78,17 @@ void moit_power_bounds(const moit_job *job, moit_tile *tile, double *lower, doub
     for (int i = 0; i < offsets[tile->pixels]; ++i)
         z[i] = moit_number(precision, job->depths ? tile->curve_z : tile->z, i);
     job->precise->power_bounds(count, tile->pixels, offsets, z, tile->double_b, tile->rules,
-                               allow.blur, allow.slack, at_least, at_most);
+                               allowance_for(precision, count, 0.0).blur, slack, at_least, at_most);
     for (int p = 0; p < tile->pixels; ++p) {
         double b0 = moit_number(precision, tile->b0, p), hidden = 0.0;
+        double unit = allowance_of(job, tile, p).unit;
         for (int i = tile->offsets[p]; i < tile->offsets[p + 1]; ++i)
             hidden +=
                 hidden_absorbance(moit_number(precision, tile->alpha, i), job->max_alpha, scaled);
         for (int i = offsets[p]; i < offsets[p + 1]; ++i) {
             double own = job->depths ? 0.0 : moit_number(precision, tile->absorbance, i);
             /* `hidden` includes the fragment's own: wider, and never inf - inf */
-            transmittance_between(b0, at_least[i], at_most[i], own, hidden, allow.unit, &lower[i],
+            transmittance_between(b0, at_least[i], at_most[i], own, hidden, unit, &lower[i],
                                   &upper[i]);
         }
     }
@@ -94,11 +99,12 @@ void moit_power_shares(const moit_job *job, moit_tile *tile, const double *z, do
     moit_precision precision = job->fragments->precision;
     int count = job->technique->count;
     moit_moments_read(job->precise, precision, job->technique, NULL,
-                      allowance_for(precision, count, 0.0).bias, tile->pixels, tile->b,
-                      tile->double_b, tile->rules);
+                      moit_bias_of_bounds(precision, count), tile->pixels, tile->b, tile->double_b,
+                      tile->rules);
+    memset(tile->sums, 0, (size_t)tile->pixels * sizeof *tile->sums);
     job->precise->power_bounds(count, tile->pixels,
                                job->depths ? tile->curve_offsets : tile->offsets, z, tile->double_b,
-                               tile->rules, 0.0, 0.0, at_least, at_most);
+                               tile->rules, 0.0, tile->sums, at_least, at_most);
 }
 
 /* ---- Moments by themselves ------------------------------------------------------------------- */
@@ -138,7 +144,7 @@ static moit_status bound_pixel(void *context, int64_t pixel, int thread) {
         for (int i = 0; i < n; ++i) z[i] = moit_number(job->precision, job->z, at + i);
         for (int i = n; i < n + MOIT_PADDING; ++i) z[i] = z[0];
         job->precise->power_bounds(count, 1, (int32_t[2]){0, n}, z, double_b, rule, allow.blur,
-                                   allow.slack, at_least, at_most);
+                                   &allow.slack, at_least, at_most);
         for (int i = 0; i < n; ++i) {
             double alpha = job->alpha ? moit_number(job->precision, job->alpha, at + i) : 0.0;
             double own = -moit_log1p(-(scaled ? alpha * max_alpha : fmin(alpha, max_alpha)));
