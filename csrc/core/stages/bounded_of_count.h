@@ -34,7 +34,7 @@ FN void NAMED(bounded_of)(int pixels, const int32_t *offsets, const SCALAR *z, c
         p = next_block(&block, p, pixels, offsets);
         NAMED(outlined_rows)(&block, rules, outlines, by_rows, MOIT_ROW(pixels), b0, row);
         for (int from = block.first; from < block.end; from += OUTLOOKS) {
-            SCALAR room[OUTLOOKS], seen[OF_SURFACE][OUTLOOKS];
+            SCALAR room[OUTLOOKS], said[OUTLOOKS], seen[OF_SURFACE][OUTLOOKS];
             int to = block.end - from < OUTLOOKS ? block.end : from + OUTLOOKS;
             for (int i = from; i < to; i += LANES) {
                 truth lane;
@@ -67,7 +67,10 @@ FN void NAMED(bounded_of)(int pixels, const int32_t *offsets, const SCALAR *z, c
                 for (int k = 0; k < HIDDEN; ++k)
                     begun.x[k] = lanes_of_row(row[SUMS + k] + ray, lane);
                 for (int k = 0; k < OF_SURFACE; ++k) at.seen.x[k] = load(seen[k] + (i - from));
-                real share = NAMED(predicted_share)(network, begun, at);
+                store(said + (i - from), NAMED(network_output)(network, begun, at));
+            }
+            for (int i = from; !features && i < to; i += LANES) {
+                real share = sigmoid(load(said + (i - from)));
                 store(T + i, load(T + i) + share * load(room + (i - from)));
             }
         }
@@ -137,35 +140,55 @@ static void NAMED(outlines_of)(int pixels, const double *rules, const double *b0
     }
 }
 
+/* Logarithms wait for their steps, too: of several vectors they are taken together. */
+FN void NAMED(inputs_together)(int n, const real *unit, real (*seen)[OF_RAY]) {
+    for (int v = 0; v < n; ++v) {
+        values shape;
+        for (int k = 0; k < OF_RAY; ++k) shape.x[k] = seen[v][k];
+        shape = NAMED(inputs_of)(shape, unit ? unit[v] : K(1.0));
+        for (int k = 0; k < OF_RAY; ++k) seen[v][k] = shape.x[k];
+    }
+}
+
 static void NAMED(bounded_rows_of)(int pixels, const float *b, const float *b0, double bias,
                                    const double *safe, double least, const double *extents,
                                    const float *network, float *rows) {
-    enum { TOGETHER = NAMED(RULES_TOGETHER) };
+    enum { TOGETHER = NAMED(RULES_TOGETHER), RULE_ROWS = MOIT_RULE_ROWS(2 * NODES) };
     const int length = MOIT_ROW(pixels);
     NAMED(some_rules) of;
-    NAMED(outline) o[TOGETHER];
+    real seen[TOGETHER][OF_RAY], unit[TOGETHER];
     for (int k = 0; k < 2 * NODES; ++k) of.safe.b[k] = K(safe[k]);
     for (int first = 0; first < pixels; first += TOGETHER * LANES) {
         NAMED(gather_floats)(first, pixels, b, &of);
         NAMED(find_rules)(1, &of, bias, least);
-        for (int v = 0; v < of.vectors; ++v) {
-            int p = first + v * LANES;
-            real total, unit = K(1.0);
+        for (int v = 0, p = first; v < of.vectors; ++v, p += LANES) {
+            NAMED(rule) r = of.rule[v];
+            float *row = rows + p;
+            real total;
+            NAMED(put_rule)(r, length, row);
+            row += RULE_ROWS * length;
             columns_of_floats(1, pixels - p, b0 + p, &total);
-            for (int k = 0; k < NODES; ++k) of.rule[v].g_low[k] = K(0.0);
-            for (int lane = 0; extents && lane < LANES && p + lane < pixels; ++lane)
-                unit[lane] = 0.5 * (extents[2 * (p + lane) + 1] - extents[2 * (p + lane)]);
-            o[v] = NAMED(outline_of)(of.rule[v], total, unit);
+            for (int k = 0; k < NODES; ++k) r.g_low[k] = K(0.0);
+            NAMED(outline) o = NAMED(shape_of)(r, total);
+            put_floats(row, o.mean);
+            put_floats(row + length, o.inverse_deviation);
+            put_floats(row + 2 * length, o.inverse_total);
+            for (int k = 0; k < OF_RAY; ++k) seen[v][k] = o.seen.x[k];
         }
+        if (extents) {
+            for (int v = 0, p = first; v < of.vectors; ++v, p += LANES) {
+                unit[v] = K(1.0);
+                for (int lane = 0; lane < LANES && p + lane < pixels; ++lane)
+                    unit[v][lane] = 0.5 * (extents[2 * (p + lane) + 1] - extents[2 * (p + lane)]);
+            }
+            NAMED(inputs_together)(of.vectors, unit, seen);
+        } else NAMED(inputs_together)(of.vectors, NULL, seen);
         for (int v = 0; v < of.vectors; ++v) {
-            float *row = rows + first + v * LANES;
-            NAMED(put_rule)(of.rule[v], length, row);
-            row += MOIT_RULE_ROWS(2 * NODES) * length;
-            put_floats(row, o[v].mean);
-            put_floats(row + length, o[v].inverse_deviation);
-            put_floats(row + 2 * length, o[v].inverse_total);
-            values begun = NAMED(first_sums)(network, o[v]);
-            for (int k = 0; k < HIDDEN; ++k) put_floats(row + (3 + k) * length, begun.x[k]);
+            float *row = rows + first + v * LANES + (RULE_ROWS + 3) * length;
+            NAMED(outline) o;
+            for (int k = 0; k < OF_RAY; ++k) o.seen.x[k] = seen[v][k];
+            values begun = NAMED(first_sums)(network, o);
+            for (int k = 0; k < HIDDEN; ++k) put_floats(row + k * length, begun.x[k]);
         }
     }
 }

@@ -69,8 +69,7 @@ double *moit_bounded_read(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
     double *outlines = outlines_behind(tile->rules, technique->count, tile->pixels);
     job->precise->bounded_outlines(technique->count, tile->pixels, tile->rules, tile->double_b0,
-                                   extents_of(job, tile),
-                                   technique->bounded.network, outlines);
+                                   extents_of(job, tile), technique->bounded.network, outlines);
     return outlines;
 }
 
@@ -80,29 +79,25 @@ static double *read_outlines(const moit_job *job, moit_tile *tile) {
     return moit_bounded_read(job, tile);
 }
 
-/* T of the tile's z, or of the job's depths. Floats go by rows, to the same bits. */
-static void bounded_T(const moit_job *job, moit_tile *tile) {
+/* Floats go by rows, to the same bits. */
+static void weigh_by_rows(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
-    moit_precision precision = job->fragments->precision;
     const float *network = technique->bounded.network;
+    float *rows = (float *)tile->rules;
     moit_moments_gather(job, tile);
-    if (precision == MOIT_FLOAT32) {
-        float *rows = (float *)tile->rules;
-        job->precise->bounded_rows(technique->count, tile->pixels, tile->b, tile->b0, job->bias,
-                                   moit_family_of(technique)->constants(technique)->safe,
-                                   moit_least_pivot(technique, precision, job->bias),
-                                   extents_of(job, tile), network, rows);
-        moit_moments_find_totals(job, tile);
-        job->stages->bounded_by_rows(technique->count, tile->pixels, tile->offsets, tile->z,
-                                     tile->absorbance, rows, tile->b0, network, tile->absorbed,
-                                     tile->T);
-        return;
-    }
+    job->precise->bounded_rows(technique->count, tile->pixels, tile->b, tile->b0, job->bias,
+                               moit_family_of(technique)->constants(technique)->safe,
+                               moit_least_pivot(technique, MOIT_FLOAT32, job->bias),
+                               extents_of(job, tile), network, rows);
+    moit_moments_find_totals(job, tile);
+    job->stages->bounded_by_rows(technique->count, tile->pixels, tile->offsets, tile->z,
+                                 tile->absorbance, rows, tile->b0, network, tile->absorbed,
+                                 tile->T);
 }
 
 void moit_bounded_weigh(const moit_job *job, moit_tile *tile) {
     if (job->fragments->precision == MOIT_FLOAT32) {
-        bounded_T(job, tile);
+        weigh_by_rows(job, tile);
         return;
     }
     const double *outlines = read_outlines(job, tile);

@@ -70,7 +70,8 @@ double moit_least_pivot(const moit_technique *technique, moit_precision precisio
 moit_moment_steps moit_technique_moments(const moit_technique *technique,
                                          moit_precision precision) {
     moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
-    moit_moment_steps steps = {.least = moit_least_pivot(technique, precision, technique->moments.bias),
+    moit_moment_steps steps = {.least =
+                                   moit_least_pivot(technique, precision, technique->moments.bias),
                                .turns = zone.turns,
                                .edge = zone.edge,
                                .scale = zone.scale};
@@ -197,8 +198,8 @@ bool moit_moments_by_rows(const moit_stages *stages, const moit_stages *precise,
     const moit_moment_stages *rules = &precise->moments[family->stages];
     if (precision != MOIT_FLOAT32 || !rules->rule_rows) return false;
     rules->rule_rows(technique->count, asked->pixels, asked->b, bias,
-                     family->constants(technique)->safe, moit_least_pivot(technique, precision, bias),
-                     rows);
+                     family->constants(technique)->safe,
+                     moit_least_pivot(technique, precision, bias), rows);
     stages->moments[family->stages].transmittance_by_rows(
         technique->count, asked->pixels, asked->offsets, asked->z, asked->own, rows, asked->b0,
         technique->moments.overestimation, absorbed, T);
