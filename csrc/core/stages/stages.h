@@ -159,7 +159,8 @@ typedef struct moit_stages {
                              void *b0, void *b);
     /* What moments b (pixels, count) prove about the share of absorbance in front of each z
      * (padded) without and with what lies at z itself; rules: of the same moments, biased. z is
-     * known to within blur, b to within slack (pixels). at_least, at_most: padded. Double tables only. */
+     * known to within blur, b to within slack (pixels). at_least, at_most: padded. Double tables
+     * only. */
     void (*power_bounds)(int count, int pixels, const int32_t *offsets, const double *z,
                          const double *b, const double *rules, double blur, const double *slack,
                          double *at_least, double *at_most);
