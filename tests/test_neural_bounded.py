@@ -120,12 +120,13 @@ def test_the_core_answers_as_numpy_does(m, dtype):
     np.testing.assert_allclose(found, seen, rtol=tolerance, atol=tolerance)
 
 
+@pytest.mark.parametrize("depth_range", ["image", "pixel"])
 @counts
 @precisions
-def test_features_and_weights_make_the_answer(m, dtype):
+def test_features_and_weights_make_the_answer(m, dtype, depth_range):
     network = Network.shipped(kind(m))
     f = some_fragments(height=9, width=11, most=40, dtype=dtype)
-    t = technique(m, None, warp="log")
+    t = technique(m, None, warp="log", depth_range=depth_range)
     *inputs, least, room = features(f, t, cull_opaque=False).T
     share = 1 / (1 + np.exp(-network.forward(np.stack(inputs, 1))[:, 0]))
     expected = np.exp(-(least + share * room))

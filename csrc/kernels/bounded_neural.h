@@ -28,10 +28,8 @@ STRUCT(NAMED(outline)) {
 
 // Moments as the rule has them: without loss, since the weight of its node g_i is
 // d / (e_i p_n'(g_i)^2), terms of one sign, and d what the last moment is above that of the nodes.
-//
-// unit: how long z's unit is in the image's range, of which the network knows deviations; 1, or
-// half a pixel's own extent.
-FN NAMED(outline) NAMED(outline_of)(NAMED(rule) r, real b0, real unit) {
+// Of inputs that are logarithms, what these are taken of.
+FN NAMED(outline) NAMED(shape_of)(NAMED(rule) r, real b0) {
     const real least = K(BY_PRECISION(1e-37, 1e-300));
     PRECISE NAMED(outline) o;
     real apart[NODES]; // from the first node, then from the mean
@@ -66,20 +64,41 @@ FN NAMED(outline) NAMED(outline_of)(NAMED(rule) r, real b0, real unit) {
     o.mean = mean;
     o.inverse_deviation = 1.0 / deviation;
     o.inverse_total = 1.0 / total;
-    o.seen.x[0] = clamp(logarithm(total), K(-8.0), K(8.0));
-    o.seen.x[1] = max(0.5 * logarithm(variance) + logarithm(unit), K(-8.0));
+    o.seen.x[0] = total;
+    o.seen.x[1] = variance;
     real third = moment[3] / (variance * deviation);
     o.seen.x[2] = clamp(third, K(-6.0), K(6.0));
     real fourth = moment[4] / (variance * variance);
-    o.seen.x[3] = logarithm(clamp(fourth, K(1.0), K(403.428793492735123)));
+    o.seen.x[3] = clamp(fourth, K(1.0), K(403.428793492735123));
+#if NODES > 2
+    o.seen.x[4] = moment[5] / (variance * variance * deviation);
+    real sixth = moment[6] / (variance * variance * variance);
+    o.seen.x[5] = clamp(sixth, K(1.0), K(1.6e5));
+#endif
+    return o;
+}
+
+// unit: how long z's unit is in the image's range, of which the network knows deviations; 1, or
+// half a pixel's own extent.
+FN values NAMED(inputs_of)(values shape, real unit) {
+    PRECISE values seen;
+    seen.x[0] = clamp(logarithm(shape.x[0]), K(-8.0), K(8.0));
+    seen.x[1] = max(0.5 * logarithm(shape.x[1]) + logarithm(unit), K(-8.0));
+    seen.x[2] = shape.x[2];
+    seen.x[3] = logarithm(shape.x[3]);
 #if NODES > 2
     // these grow as powers of how far tails reach: their logarithms, with the sign of the fifth
-    real fifth = moment[5] / (variance * variance * deviation);
+    real fifth = shape.x[4];
     real size = logarithm(1.0 + clamp(abs(fifth), K(0.0), K(2.2e4)));
-    o.seen.x[4] = select(fifth < 0.0, -size, size);
-    real sixth = moment[6] / (variance * variance * variance);
-    o.seen.x[5] = logarithm(clamp(sixth, K(1.0), K(1.6e5)));
+    seen.x[4] = select(fifth < 0.0, -size, size);
+    seen.x[5] = logarithm(shape.x[5]);
 #endif
+    return seen;
+}
+
+FN NAMED(outline) NAMED(outline_of)(NAMED(rule) r, real b0, real unit) {
+    NAMED(outline) o = NAMED(shape_of)(r, b0);
+    o.seen = NAMED(inputs_of)(o.seen, unit);
     return o;
 }
 
@@ -114,18 +133,19 @@ FN values NAMED(first_sums)(address weights, NAMED(outline) o) {
     return layer_sum(weights, begun, o.seen, OF_SURFACE, OF_RAY, RAY_INPUTS, HIDDEN);
 }
 
-// The share of what may be in front of a surface that is counted.
-FN number NAMED(predicted_share)(address weights, values begun, NAMED(outlook) at) {
+// What the network says: the share of what may be in front of a surface that is counted, which is
+// the sigmoid of this.
+FN number NAMED(network_output)(address weights, values begun, NAMED(outlook) at) {
     values first = layer_sum(weights, begun, at.seen, 0, OF_SURFACE, RAY_INPUTS, HIDDEN);
     values second = layer_outputs(weights + (RAY_INPUTS + 1) * HIDDEN, rectified(first, HIDDEN),
                                   HIDDEN, HIDDEN);
     values last = layer_outputs(weights + (RAY_INPUTS + 1) * HIDDEN + (HIDDEN + 1) * HIDDEN,
                                 rectified(second, HIDDEN), HIDDEN, 1);
-    return sigmoid(last.x[0]);
+    return last.x[0];
 }
 
 FN number NAMED(predicted_absorbance)(address weights, values begun, NAMED(outlook) at) {
-    real share = NAMED(predicted_share)(weights, begun, at);
+    real share = sigmoid(NAMED(network_output)(weights, begun, at));
     real absorbance_in_front = at.least + share * at.room;
     return absorbance_in_front;
 }

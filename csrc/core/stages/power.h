@@ -162,6 +162,12 @@ FN void columns_of_floats(const int count, int pixels, const float *rows, real *
     }
 #endif
     SCALAR column[LANES];
+    if (count == 1 && pixels >= LANES) {
+        float_lanes whole;
+        memcpy(&whole, rows, sizeof whole);
+        columns[0] = __builtin_convertvector(whole, real);
+        return;
+    }
     for (int k = 0; k < count; ++k) {
         for (int lane = 0; lane < LANES; ++lane)
             column[lane] = (SCALAR)rows[(lane < pixels ? lane : 0) * count + k];

@@ -126,14 +126,8 @@ static void NAMED(transmittance_by_rows_of)(int pixels, const int32_t *offsets, 
     }
     for (int p = 0; p < pixels;) {
         p = next_block(&block, p, pixels, offsets);
-        for (int k = 0; k < 3 * NODES + 2; ++k) {
-            const SCALAR *from = k <= 3 * NODES ? rows + k * length : b0;
-            int first = block.rays ? block.pixel[0] : 0;
-            if (block.rays && block.pixel[block.rays - 1] - first == block.rays - 1)
-                memcpy(row[k], from + first, (size_t)block.rays * sizeof(SCALAR));
-            else
-                for (int r = 0; r < block.rays; ++r) row[k][r] = from[block.pixel[r]];
-        }
+        for (int k = 0; k < 3 * NODES + 2; ++k)
+            numbers_of_rays(&block, k <= 3 * NODES ? rows + k * length : b0, row[k]);
         NAMED(absorbance_of)((rays_of_fragments){.block = &block, .row = row}, block.first,
                              block.end, z, own, beta, T);
         if (!absorbed) decay_of(block.first, block.end, T);

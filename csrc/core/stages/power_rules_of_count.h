@@ -100,28 +100,32 @@ FN void NAMED(rules_held_as)(const int floats, int pixels, const double *b, doub
     }
 }
 
+/* Moments of the pixels from `first` on, as many as are taken together. */
+FN void NAMED(gather_floats)(int first, int pixels, const float *b, NAMED(some_rules) *of) {
+    of->vectors = 0;
+    for (int p = first; p < pixels && of->vectors < NAMED(RULES_TOGETHER); p += LANES)
+        columns_of_floats(2 * NODES, pixels - p, b + p * 2 * NODES, of->m[of->vectors++].b);
+}
+
+FN void NAMED(put_rule)(NAMED(rule) r, int length, float *row) {
+    for (int i = 0; i < NODES; ++i) {
+        put_floats(row + i * length, r.g[i]);
+        put_floats(row + (NODES + i) * length, r.g[i] - rounded_to_float(r.g[i]));
+        put_floats(row + (2 * NODES + i) * length, r.e[i]);
+    }
+    put_floats(row + 3 * NODES * length, r.d);
+}
+
 /* With up to two nodes there is nothing to wait for together. */
 static void NAMED(rule_rows_of)(int pixels, const float *b, double bias, const double *safe,
                                 double least, float *rows) {
-    enum { TOGETHER = NAMED(RULES_TOGETHER) };
-    const int length = MOIT_ROW(pixels);
     NAMED(some_rules) of;
     for (int k = 0; k < 2 * NODES; ++k) of.safe.b[k] = K(safe[k]);
-    for (int first = 0; first < pixels; first += TOGETHER * LANES) {
-        of.vectors = 0;
-        for (int p = first; p < pixels && of.vectors < TOGETHER; p += LANES)
-            columns_of_floats(2 * NODES, pixels - p, b + p * 2 * NODES, of.m[of.vectors++].b);
+    for (int first = 0; first < pixels; first += NAMED(RULES_TOGETHER) *LANES) {
+        NAMED(gather_floats)(first, pixels, b, &of);
         NAMED(find_rules)(1, &of, bias, least);
-        for (int v = 0; v < of.vectors; ++v) {
-            float *row = rows + first + v * LANES;
-            for (int i = 0; i < NODES; ++i) {
-                real g = of.rule[v].g[i];
-                put_floats(row + i * length, g);
-                put_floats(row + (NODES + i) * length, g - rounded_to_float(g));
-                put_floats(row + (2 * NODES + i) * length, of.rule[v].e[i]);
-            }
-            put_floats(row + 3 * NODES * length, of.rule[v].d);
-        }
+        for (int v = 0; v < of.vectors; ++v)
+            NAMED(put_rule)(of.rule[v], MOIT_ROW(pixels), rows + first + v * LANES);
     }
 }
 

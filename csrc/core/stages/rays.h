@@ -55,6 +55,15 @@ FN real lanes_of_row(const SCALAR *row, truth lane) {
 #endif
 }
 
+/* Numbers of a block's rays, from a row of all pixels'. */
+FN void numbers_of_rays(const ray_block *block, const SCALAR *from, SCALAR *row) {
+    int first = block->rays ? block->pixel[0] : 0;
+    if (block->rays && block->pixel[block->rays - 1] - first == block->rays - 1)
+        memcpy(row, from + first, (size_t)block->rays * sizeof(SCALAR));
+    else
+        for (int r = 0; r < block->rays; ++r) row[r] = from[block->pixel[r]];
+}
+
 /* What fragments' rays are: those of a block's pixels, whose numbers are in `row`; or of pixels
  * that have one fragment each, rows that are MOIT_ROW(pixels) long, and their b0. */
 typedef struct {

@@ -188,6 +188,14 @@ typedef struct moit_stages {
     void (*bounded_features)(int count, int pixels, const int32_t *offsets, const void *z,
                              const void *own, const double *rules, const double *outlines,
                              const void *b0, const float *network, int64_t stride, void *features);
+    /* Rules of moments that are floats with their outlines, as rows of floats: MOIT_RULE_ROWS, then
+     * what fragments share of outlines; and T by these. Double tables, and float tables only. */
+    void (*bounded_rows)(int count, int pixels, const float *b, const float *b0, double bias,
+                         const double *safe, double least, const double *extents,
+                         const float *network, float *rows);
+    void (*bounded_by_rows)(int count, int pixels, const int32_t *offsets, const float *z,
+                            const float *own, const float *rows, const float *b0,
+                            const float *network, bool absorbed, float *T);
 
     /* Neural moment transparency. A pixel's ray (MOIT_NEURAL_RAY) is the extent of z as it is held,
      * in half floats or in words, the count and b0. This fills the extent, and `own` with z as

@@ -60,13 +60,16 @@ static const double *ends_of_pixels(const moit_job *job, moit_tile *tile) {
     return ends;
 }
 
+static const double *extents_of(const moit_job *job, moit_tile *tile) {
+    const double *extents = moit_extents(job->technique, tile);
+    return extents ? extents : ends_of_pixels(job, tile);
+}
+
 double *moit_bounded_read(const moit_job *job, moit_tile *tile) {
     const moit_technique *technique = job->technique;
     double *outlines = outlines_behind(tile->rules, technique->count, tile->pixels);
-    const double *extents = moit_extents(technique, tile);
     job->precise->bounded_outlines(technique->count, tile->pixels, tile->rules, tile->double_b0,
-                                   extents ? extents : ends_of_pixels(job, tile),
-                                   technique->bounded.network, outlines);
+                                   extents_of(job, tile), technique->bounded.network, outlines);
     return outlines;
 }
 
@@ -76,7 +79,27 @@ static double *read_outlines(const moit_job *job, moit_tile *tile) {
     return moit_bounded_read(job, tile);
 }
 
+/* Floats go by rows, to the same bits. */
+static void weigh_by_rows(const moit_job *job, moit_tile *tile) {
+    const moit_technique *technique = job->technique;
+    const float *network = technique->bounded.network;
+    float *rows = (float *)tile->rules;
+    moit_moments_gather(job, tile);
+    job->precise->bounded_rows(technique->count, tile->pixels, tile->b, tile->b0, job->bias,
+                               moit_family_of(technique)->constants(technique)->safe,
+                               moit_least_pivot(technique, MOIT_FLOAT32, job->bias),
+                               extents_of(job, tile), network, rows);
+    moit_moments_find_totals(job, tile);
+    job->stages->bounded_by_rows(technique->count, tile->pixels, tile->offsets, tile->z,
+                                 tile->absorbance, rows, tile->b0, network, tile->absorbed,
+                                 tile->T);
+}
+
 void moit_bounded_weigh(const moit_job *job, moit_tile *tile) {
+    if (job->fragments->precision == MOIT_FLOAT32) {
+        weigh_by_rows(job, tile);
+        return;
+    }
     const double *outlines = read_outlines(job, tile);
     job->stages->bounded_transmittance(job->technique->count, tile->pixels, tile->offsets, tile->z,
                                        tile->absorbance, tile->rules, outlines, tile->b0,

@@ -58,7 +58,7 @@ const moit_block_family moit_moment_blocks = {
 /* ---- Reading --------------------------------------------------------------------------------- */
 
 /* What rounding of the stored moments may do to a pivot and the bias does not outweigh. */
-static double least_pivot(const moit_technique *technique, moit_precision precision, double bias) {
+double moit_least_pivot(const moit_technique *technique, moit_precision precision, double bias) {
     const moit_moment_constants *known = moit_family_of(technique)->constants(technique);
     double unit = moit_stores_words(technique)    ? 0x1p-15
                   : moit_stores_halves(technique) ? 0x1p-11
@@ -70,7 +70,8 @@ static double least_pivot(const moit_technique *technique, moit_precision precis
 moit_moment_steps moit_technique_moments(const moit_technique *technique,
                                          moit_precision precision) {
     moit_wrapping_zone zone = moit_wrapping_zone_of(technique);
-    moit_moment_steps steps = {.least = least_pivot(technique, precision, technique->moments.bias),
+    moit_moment_steps steps = {.least =
+                                   moit_least_pivot(technique, precision, technique->moments.bias),
                                .turns = zone.turns,
                                .edge = zone.edge,
                                .scale = zone.scale};
@@ -164,7 +165,7 @@ void moit_moments_read(const moit_stages *precise, moit_precision precision,
     const moit_moment_stages *stages = &precise->moments[family->stages];
     const moit_moment_constants *known = family->constants(technique);
     int count = technique->count, numbers = family->numbers(count);
-    double least = least_pivot(technique, precision, bias);
+    double least = moit_least_pivot(technique, precision, bias);
     bool floats = precision == MOIT_FLOAT32;
     moment_rows rows = {precision, pixels, b, double_b, rules};
     int filled = rows_together(&rows, numbers);
@@ -176,7 +177,7 @@ void moit_moments_read(const moit_stages *precise, moit_precision precision,
     rows_apart(&rows, numbers, family->rule_size(count), filled, of_zero);
 }
 
-static void find_totals(const moit_job *job, moit_tile *tile) {
+void moit_moments_find_totals(const moit_job *job, moit_tile *tile) {
     moit_precision precision = job->fragments->precision;
     for (int p = 0; p < tile->pixels; ++p) tile->double_b0[p] = moit_number(precision, tile->b0, p);
     job->precise->decay(tile->pixels, tile->double_b0, tile->total);
@@ -187,7 +188,7 @@ static void find_totals(const moit_job *job, moit_tile *tile) {
 void moit_moments_read_tile(const moit_job *job, moit_tile *tile) {
     moit_moments_read(job->precise, job->fragments->precision, job->technique, &job->zone,
                       job->bias, tile->pixels, tile->b, tile->double_b, tile->rules);
-    find_totals(job, tile);
+    moit_moments_find_totals(job, tile);
 }
 
 bool moit_moments_by_rows(const moit_stages *stages, const moit_stages *precise,
@@ -197,8 +198,8 @@ bool moit_moments_by_rows(const moit_stages *stages, const moit_stages *precise,
     const moit_moment_stages *rules = &precise->moments[family->stages];
     if (precision != MOIT_FLOAT32 || !rules->rule_rows) return false;
     rules->rule_rows(technique->count, asked->pixels, asked->b, bias,
-                     family->constants(technique)->safe, least_pivot(technique, precision, bias),
-                     rows);
+                     family->constants(technique)->safe,
+                     moit_least_pivot(technique, precision, bias), rows);
     stages->moments[family->stages].transmittance_by_rows(
         technique->count, asked->pixels, asked->offsets, asked->z, asked->own, rows, asked->b0,
         technique->moments.overestimation, absorbed, T);
@@ -212,7 +213,7 @@ void moit_moments_weigh(const moit_job *job, moit_tile *tile) {
     moit_rays_asked asked = {tile->pixels, tile->offsets, tile->b0, tile->b, tile->z, own};
     if (moit_moments_by_rows(job->stages, job->precise, job->fragments->precision, technique,
                              job->bias, tile->absorbed, &asked, (float *)tile->rules, tile->T)) {
-        find_totals(job, tile);
+        moit_moments_find_totals(job, tile);
         return;
     }
     moit_moments_read_tile(job, tile);

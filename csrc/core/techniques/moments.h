@@ -87,6 +87,10 @@ bool moit_moments_by_rows(const moit_stages *stages, const moit_stages *precise,
  * total. */
 void moit_moments_read_tile(const moit_job *job, moit_tile *tile);
 
+/* What both take: below which a pivot is rounding alone, and tile->double_b0 and total. */
+double moit_least_pivot(const moit_technique *technique, moit_precision precision, double bias);
+void moit_moments_find_totals(const moit_job *job, moit_tile *tile);
+
 /* z of the tile's fragments, into tile->z; within extents in words as the image's. */
 void moit_warp_tile(const moit_job *job, moit_tile *tile);
 
