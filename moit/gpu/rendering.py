@@ -178,8 +178,9 @@ class Picture:
 
     def _draw(self, drawn: Drawn, buffers: dict[int, Any]) -> None:
         if drawn.words or drawn.formats:
-            found = changed(self, drawn, buffers) if drawn.words else self._captured(drawn, buffers)
-            self._make_factors(drawn, *found)
+            made = changed(self, drawn, buffers) if drawn.words else self._captured(drawn, buffers)
+            buffers, told = made
+            self._make_factors(drawn, buffers, told)
         self._shade(drawn, buffers)
 
     def _make_factors(self, drawn: Drawn, buffers: dict[int, Any], told: dict[str, Any]) -> None:
