@@ -178,8 +178,8 @@ class Picture:
 
     def _draw(self, drawn: Drawn, buffers: dict[int, Any]) -> None:
         if drawn.words or drawn.formats:
-            made = changed(self, drawn, buffers) if drawn.words else self._captured(drawn, buffers)
-            buffers, told = made
+            fill = changed if drawn.words else Picture._captured
+            buffers, told = fill(self, drawn, buffers)
             self._make_factors(drawn, buffers, told)
         self._shade(drawn, buffers)
 
