@@ -1,7 +1,7 @@
 /* Exponentials, logarithms and error functions, one number at a time and by tables: a whole number
  * of small steps, and a short series of what is left (Tang, Table-driven implementation of the
  * exponential function in IEEE floating-point arithmetic, 1989; of the logarithm function, 1990).
- * elementary_lanes.h has what lanes take. */
+ * Lanes have their own, kernels/elementary.h. */
 #include "core/elementary.h"
 #include "core/elementary_tables.h"
 
