@@ -15,6 +15,9 @@ typedef struct {
 /* They are asked for constants only: the whole series is of pairs. */
 static circle_pairs circle_of(double x) {
     enum { TERMS = 12 };
+    const double most = 0x1p20; /* beyond, little is left of what is within a turn */
+    pair none = pair_of(K((double)NAN));
+    if (!(fabs(x) < most)) return (circle_pairs){none, none};
     const double high = 1.57079632673412561417, low = 6.07710050650619224932e-11;
     double quarters = rint(x * 0.63661977236758134308);
     pair r = pair_difference(pair_of(K(x - quarters * high)), exact_product(K(quarters), K(low)));

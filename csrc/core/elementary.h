@@ -15,7 +15,7 @@ double moit_exp2(double x); /* of whole numbers exact */
 double moit_erf(double x);
 double moit_erfc(double x);
 
-/* Of an angle in radians, of up to some turns. */
+/* Of an angle in radians, of up to some turns; beyond 2^20 NaN. */
 double moit_sin(double x);
 double moit_cos(double x);
 double moit_tan(double x);
