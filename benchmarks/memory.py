@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 import moit
+from moit.benching.timing import fragments_of
 
 SIZES = ((256, 256), (512, 1024))
 GROWS = 4.0
@@ -29,14 +30,8 @@ QUESTIONS: dict[str, Callable[[moit.Fragments, str], Any]] = {
 
 
 def fragments(shape: tuple[int, int]) -> moit.Fragments:
-    rng = np.random.default_rng(0)
-    counts = rng.geometric(0.2, shape[0] * shape[1]) - 1
-    offsets = np.concatenate([[0], np.cumsum(counts)])
-    n = int(offsets[-1])
-    depth, alpha = rng.uniform(1, 100, n), rng.uniform(0, 0.9, n)
-    color = rng.random((n, 3), np.float32)
-    arrays = offsets, depth.astype(np.float32), alpha.astype(np.float32), color
-    return moit.Fragments(*arrays, shape=shape)
+    f = fragments_of("geometric, mean 4", 4 * shape[0] * shape[1])
+    return moit.Fragments(f.offsets, f.depth, f.alpha, f.color, shape=shape)
 
 
 def held(name: str) -> float:

@@ -7,9 +7,9 @@
 
 #include <string.h>
 
-/* Where fewer than one pixel in so many is alone, taking it out costs more than it saves: of four
- * power moments, of those that a network sees, and of what takes longer to make rules of. */
-enum { WORTH_IT = 2, WORTH_MORE = 4, WORTH_MOST = 8 };
+/* Where fewer than one pixel in so many is alone, taking it out costs more than it saves; of four
+ * moments or fewer a row may say another number, as their rules take less. */
+enum { WORTH_IT = 8, FEW_MOMENTS = 4 };
 
 /* Those whose total is exp(-b0), of a b0 that is one fragment's absorbance, neither rounded to
  * fewer bits nor a block's. In floats alone: the last bit of a double would be another. */
@@ -23,17 +23,11 @@ bool moit_takes_alone(const moit_job *job) {
            && !moit_extents_are_words(technique);
 }
 
-static int worth(const moit_technique *technique) {
-    bool power = technique->kind == MOIT_POWER_MOMENTS,
-         seen = technique->kind == MOIT_BOUNDED_NEURAL;
-    if (technique->count > 4 || !(power || seen)) return WORTH_MOST;
-    return power ? WORTH_IT : WORTH_MORE;
-}
-
 static bool are_many(const moit_technique *technique, const moit_tile *tile) {
-    int alone = 0;
+    int alone = 0, worth = moit_technique_rows[technique->kind]->alone_in_few;
+    if (technique->count > FEW_MOMENTS || !worth) worth = WORTH_IT;
     for (int p = 0; p < tile->pixels; ++p) alone += tile->offsets[p + 1] - tile->offsets[p] == 1;
-    return alone > 0 && alone * worth(technique) >= tile->pixels;
+    return alone > 0 && alone * worth >= tile->pixels;
 }
 
 static void move(const moit_job *job, void *to, int k, const void *from, int i, int n, int width) {

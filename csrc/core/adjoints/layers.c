@@ -66,13 +66,13 @@ void moit_hybrid_pull_back(const moit_job *job, moit_tile *tile, const moit_adjo
                 moit_adjoint_of_share(behind, order + kept, alpha, by_share, by_alpha, by->work[0]);
             moit_adjoint_of_products(behind, order + kept, alpha, NULL, by_through, by_alpha,
                                      by->work[0]);
-        } else if (sum > 0.0) {
-            double by_sum = by_share * moit_averaged_share_slope(sum, behind)
-                            - by_through * moit_averaged_slope(sum, behind);
-            share = moit_averaged_coverage(sum, behind) / sum;
-            for (int k = kept; k < n; ++k) by_alpha[order[k]] += by_sum;
         } else {
-            for (int k = kept; k < n; ++k) by_alpha[order[k]] -= by_through;
+            double by_sum = -by_through * moit_averaged_slope(sum, behind);
+            if (sum > 0.0) {
+                by_sum += by_share * moit_averaged_share_slope(sum, behind);
+                share = moit_averaged_coverage(sum, behind) / sum;
+            }
+            for (int k = kept; k < n; ++k) by_alpha[order[k]] += by_sum;
         }
         double by_core = by_factor * share + by->total[p] * (1.0 - share * sum);
         moit_adjoint_of_products(kept, order, alpha, by->T + first, by_core, by_alpha, by->work[0]);

@@ -149,6 +149,7 @@ const moit_technique_row moit_neural_bounded_row = {
     .bounds = bounded_bounds,
     .scratch = bounded_scratch,
     .moments = &moit_bounded_moments,
+    .alone_in_few = 4,
     .blocks = &moit_moment_blocks,
     .weights = moit_bounded_weights,
     .columns = moit_bounded_columns,

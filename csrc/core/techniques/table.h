@@ -40,6 +40,7 @@ typedef struct moit_technique_row {
     /* How many bytes tile->own has, for tiles of up to so many fragments and pixels. */
     size_t (*scratch)(const moit_job *job, int fragments, int pixels);
     const moit_moment_family *moments; /* NULL: it stores none */
+    int alone_in_few;                  /* of few moments: see alone.c; 0: as of many */
     const moit_block_family *blocks;   /* NULL: it knows no `resolution` */
     /* Of techniques with a network: how many weights it has, and how many numbers tell of a
      * fragment what it sees; these, `stride` apart, number by number. NULL: there is no network. */
